@@ -1,0 +1,324 @@
+//! World to [`FrameScene`]: changed rows only, removals first, then structure, then values.
+
+use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
+use bevy_ecs::prelude::*;
+use glam::{DAffine3, DVec3};
+
+use super::{
+    Features, FrameScene, Instance, Light, LightKind, Shape, TraceSettings, View, ViewProjection,
+};
+use crate::app::Engine;
+use crate::schedule::FrameSet;
+use crate::world::{
+    ActiveCamera, Background, Camera, Cuboid, DirectionalLight, GlobalTransform, GlobalVisibility,
+    Material, Mesh, Meshes, Plane, PointLight, PolygonMesh, Projection, Sphere, SpotLight, Surface,
+    TraceDepth,
+};
+
+/// Adds extraction.
+pub fn plugin(engine: &mut Engine) {
+    engine.world.init_resource::<Rows>();
+    engine.add_systems(
+        FrameSet::Extract,
+        (
+            extract_materials,
+            extract_meshes,
+            vacate_removed,
+            extract_instances,
+            extract_lights,
+            extract_view,
+            find_features,
+        )
+            .chain(),
+    );
+}
+
+/// Which row an entity has in [`FrameScene::instances`] and [`FrameScene::materials`].
+#[derive(Resource, Default)]
+struct Rows {
+    instances: EntityHashMap<u32>,
+    vacant: Vec<u32>,
+    materials: EntityHashMap<u32>,
+    /// Entities already reported for a transform that cannot be inverted.
+    singular: EntityHashSet,
+}
+
+impl Rows {
+    fn material_row(&mut self, scene: &mut FrameScene, entity: Entity) -> u32 {
+        if scene.materials.is_empty() {
+            scene.materials.push(Material::default());
+        }
+        *self.materials.entry(entity).or_insert_with(|| {
+            scene.materials.push(Material::default());
+            scene.materials.len() as u32 - 1
+        })
+    }
+
+    fn instance_row(&mut self, scene: &mut FrameScene, entity: Entity, row: Instance) {
+        let index = *self.instances.entry(entity).or_insert_with(|| {
+            self.vacant.pop().unwrap_or_else(|| {
+                scene.instances.push(row);
+                scene.instances.len() as u32 - 1
+            })
+        });
+        scene.instances[index as usize] = row;
+    }
+
+    fn vacate(&mut self, scene: &mut FrameScene, entity: Entity) {
+        if let Some(index) = self.instances.remove(&entity) {
+            scene.instances[index as usize].shape = Shape::Vacant;
+            self.vacant.push(index);
+        }
+    }
+}
+
+fn extract_materials(
+    mut scene: ResMut<FrameScene>,
+    mut rows: ResMut<Rows>,
+    mut removed: RemovedComponents<Material>,
+    changed: Query<(Entity, &Material), Changed<Material>>,
+) {
+    if scene.materials.is_empty() {
+        scene.materials.push(Material::default());
+    }
+    for entity in removed.read() {
+        if let Some(&row) = rows.materials.get(&entity) {
+            scene.materials[row as usize] = Material::default();
+        }
+    }
+    for (entity, material) in &changed {
+        let row = rows.material_row(&mut scene, entity);
+        scene.materials[row as usize] = *material;
+    }
+}
+
+fn extract_meshes(mut scene: ResMut<FrameScene>, meshes: Res<Meshes>) {
+    if meshes.is_changed() {
+        scene.meshes.clear();
+        scene.meshes.extend_from_slice(meshes.rows());
+    }
+}
+
+type ShapeParts<'a> = (
+    Entity,
+    &'a GlobalTransform,
+    &'a GlobalVisibility,
+    Option<&'a Surface>,
+    Option<&'a Mesh>,
+    Option<&'a PolygonMesh>,
+    Option<&'a Sphere>,
+    Option<&'a Plane>,
+    Option<&'a Cuboid>,
+);
+
+type AnyShape = Or<(
+    With<Mesh>,
+    With<PolygonMesh>,
+    With<Sphere>,
+    With<Plane>,
+    With<Cuboid>,
+)>;
+
+type ShapeChanged = Or<(
+    Changed<GlobalTransform>,
+    Changed<GlobalVisibility>,
+    Changed<Surface>,
+    Changed<Mesh>,
+    Changed<PolygonMesh>,
+    Changed<Sphere>,
+    Changed<Plane>,
+    Changed<Cuboid>,
+)>;
+
+/// Frees the rows of entities that are gone or have no shape any more.
+#[allow(clippy::too_many_arguments)] // one reader a kind of shape
+fn vacate_removed(
+    mut scene: ResMut<FrameScene>,
+    mut rows: ResMut<Rows>,
+    mut meshes: RemovedComponents<Mesh>,
+    mut polygons: RemovedComponents<PolygonMesh>,
+    mut spheres: RemovedComponents<Sphere>,
+    mut planes: RemovedComponents<Plane>,
+    mut cuboids: RemovedComponents<Cuboid>,
+    mut surfaces: RemovedComponents<Surface>,
+    shapes: Query<ShapeParts, AnyShape>,
+) {
+    let touched: Vec<Entity> = meshes
+        .read()
+        .chain(polygons.read())
+        .chain(spheres.read())
+        .chain(planes.read())
+        .chain(cuboids.read())
+        .chain(surfaces.read())
+        .collect();
+    for entity in touched {
+        match shapes.get(entity) {
+            Ok(parts) => write_instance(&mut scene, &mut rows, parts),
+            Err(_) => rows.vacate(&mut scene, entity),
+        }
+    }
+}
+
+fn extract_instances(
+    mut scene: ResMut<FrameScene>,
+    mut rows: ResMut<Rows>,
+    changed: Query<ShapeParts, (AnyShape, ShapeChanged)>,
+) {
+    for parts in &changed {
+        write_instance(&mut scene, &mut rows, parts);
+    }
+}
+
+fn write_instance(scene: &mut FrameScene, rows: &mut Rows, parts: ShapeParts) {
+    let (entity, transform, visible, surface, mesh, polygon, sphere, plane, cuboid) = parts;
+    let shape = if let Some(mesh) = mesh {
+        Shape::Mesh(mesh.0.0)
+    } else if let Some(polygon) = polygon {
+        Shape::Mesh(polygon.0.0)
+    } else if let Some(sphere) = sphere {
+        Shape::Sphere {
+            radius: sphere.radius,
+        }
+    } else if let Some(plane) = plane {
+        Shape::Plane {
+            normal: plane.normal,
+            distance: plane.distance,
+        }
+    } else if let Some(cuboid) = cuboid {
+        Shape::Cuboid {
+            min: cuboid.min,
+            max: cuboid.max,
+        }
+    } else {
+        Shape::Vacant
+    };
+    let drawable = is_drawable(transform.0, shape, scene.meshes.len());
+    if drawable {
+        rows.singular.remove(&entity);
+    } else if rows.singular.insert(entity) {
+        tracing::warn!(
+            "{entity} is left out of the picture: its transform or size is zero, singular or not finite"
+        );
+    }
+    let row = Instance {
+        tag: entity.to_bits(),
+        shape: if drawable && visible.0 {
+            shape
+        } else {
+            Shape::Vacant
+        },
+        world_from_local: transform.0,
+        material: surface.map_or(0, |surface| rows.material_row(scene, surface.0)),
+    };
+    rows.instance_row(scene, entity, row);
+}
+
+/// Whether f32 tracers can invert the transform and the shape has an extent (ACCURACY rows 18, 19).
+fn is_drawable(world_from_local: DAffine3, shape: Shape, meshes: usize) -> bool {
+    let m = world_from_local.matrix3;
+    let volume = m.determinant();
+    // Hadamard: |det| <= product of column lengths; the ratio is the cosine-like measure of singularity.
+    let bound = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+    let extent = match shape {
+        Shape::Vacant => true,
+        Shape::Mesh(mesh) => (mesh as usize) < meshes,
+        Shape::Sphere { radius } => radius.is_finite() && radius > 0.0,
+        Shape::Plane { normal, distance } => {
+            normal.is_finite() && distance.is_finite() && normal.length_squared() > 0.0
+        }
+        Shape::Cuboid { min, max } => min.is_finite() && max.is_finite() && min.cmplt(max).all(),
+    };
+    extent && world_from_local.is_finite() && volume.abs() > 1e-12 * bound && bound > 0.0
+}
+
+fn extract_lights(
+    mut scene: ResMut<FrameScene>,
+    points: Query<(&PointLight, &GlobalTransform, &GlobalVisibility)>,
+    suns: Query<(&DirectionalLight, &GlobalTransform, &GlobalVisibility)>,
+    spots: Query<(&SpotLight, &GlobalTransform, &GlobalVisibility)>,
+) {
+    let forward = |t: &GlobalTransform| {
+        t.0.transform_vector3(DVec3::NEG_Z)
+            .normalize_or(DVec3::NEG_Z)
+    };
+    let points = points.iter().filter(|(.., v)| v.0).map(|(l, t, _)| Light {
+        color: l.color * l.intensity,
+        fade: l.fade,
+        kind: LightKind::Point {
+            position: t.0.translation,
+        },
+    });
+    let suns = suns.iter().filter(|(.., v)| v.0).map(|(l, t, _)| Light {
+        color: l.color * l.intensity,
+        fade: None,
+        kind: LightKind::Directional {
+            to_light: -forward(t),
+        },
+    });
+    let spots = spots.iter().filter(|(.., v)| v.0).map(|(l, t, _)| Light {
+        color: l.color * l.intensity,
+        fade: l.fade,
+        kind: LightKind::Spot {
+            position: t.0.translation,
+            axis: forward(t),
+            cos_inner: l.inner_angle.cos(),
+            cos_outer: l.outer_angle.max(l.inner_angle + 1e-6).cos(),
+        },
+    });
+    scene.lights.clear();
+    scene
+        .lights
+        .extend(points.chain(suns).chain(spots).filter(|light| {
+            let position_is_finite = match light.kind {
+                LightKind::Point { position } | LightKind::Spot { position, .. } => {
+                    position.is_finite()
+                }
+                LightKind::Directional { .. } => true,
+            };
+            position_is_finite && light.color.is_finite() && light.color != glam::Vec3::ZERO
+        }));
+}
+
+fn extract_view(
+    mut scene: ResMut<FrameScene>,
+    active: Res<ActiveCamera>,
+    background: Res<Background>,
+    depth: Res<TraceDepth>,
+    settings: Res<TraceSettings>,
+    cameras: Query<(Entity, &Camera, &GlobalTransform, &GlobalVisibility)>,
+) {
+    scene.background = background.0;
+    scene.max_generations = settings.max_generations.unwrap_or(depth.0);
+    let chosen = active.0.and_then(|entity| cameras.get(entity).ok());
+    let camera = chosen.or_else(|| cameras.iter().filter(|c| c.3.0).min_by_key(|c| c.0));
+    if let Some((_, camera, transform, _)) = camera {
+        let aspect = f64::from(settings.size.x) / f64::from(settings.size.y);
+        scene.view = view_of(camera, transform.0, aspect);
+    }
+}
+
+/// The spanned view of a camera at a pose; scale and shear of the pose do not count.
+fn view_of(camera: &Camera, world_from_local: DAffine3, aspect: f64) -> View {
+    let (_, rotation, origin) = world_from_local.to_scale_rotation_translation();
+    let (height, projection) = match camera.projection {
+        Projection::Perspective { vertical_fov } => (
+            2.0 * (0.5 * vertical_fov).tan(),
+            ViewProjection::Perspective,
+        ),
+        Projection::Orthographic { height } => (height, ViewProjection::Orthographic),
+    };
+    View {
+        origin,
+        forward: rotation * DVec3::NEG_Z,
+        right: rotation * DVec3::X * (height * aspect),
+        up: rotation * DVec3::Y * height,
+        projection,
+        exposure: camera.exposure,
+        tone_map: camera.tone_map,
+    }
+}
+
+fn find_features(mut scene: ResMut<FrameScene>) {
+    let features = Features::of(&scene);
+    scene.features = features;
+}

@@ -1,0 +1,57 @@
+//! What a scene makes necessary. What is false here is not compiled, bound or traced.
+
+use super::{FrameScene, LightKind, Shape};
+use crate::world::Reflection;
+
+/// Which parts of a tracer this scene needs.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+pub struct Features {
+    /// Some material reflects.
+    pub reflection: bool,
+    /// Some material lets light through: refracted rays, and shadows that are not all or nothing.
+    pub transmission: bool,
+    /// Some mesh has vertex normals.
+    pub smooth_normals: bool,
+    /// There are triangle meshes or polygons.
+    pub meshes: bool,
+    /// There are spheres.
+    pub spheres: bool,
+    /// There are planes.
+    pub planes: bool,
+    /// There are boxes.
+    pub cuboids: bool,
+    /// There are spot lights.
+    pub spot_lights: bool,
+    /// There are directional lights.
+    pub directional_lights: bool,
+    /// Some light fades with distance.
+    pub fade: bool,
+}
+
+impl Features {
+    /// Reads the rows of a scene.
+    pub fn of(scene: &FrameScene) -> Self {
+        let mut needs = Self::default();
+        for instance in &scene.instances {
+            match instance.shape {
+                Shape::Vacant => continue,
+                Shape::Mesh(mesh) => {
+                    needs.meshes = true;
+                    needs.smooth_normals |= !scene.meshes[mesh as usize].normals.is_empty();
+                }
+                Shape::Sphere { .. } => needs.spheres = true,
+                Shape::Plane { .. } => needs.planes = true,
+                Shape::Cuboid { .. } => needs.cuboids = true,
+            }
+            let material = &scene.materials[instance.material as usize];
+            needs.reflection |= material.reflection != Reflection::None;
+            needs.transmission |= material.transmission().max_element() > 0.0;
+        }
+        for light in &scene.lights {
+            needs.spot_lights |= matches!(light.kind, LightKind::Spot { .. });
+            needs.directional_lights |= matches!(light.kind, LightKind::Directional { .. });
+            needs.fade |= light.fade.is_some();
+        }
+        needs
+    }
+}

@@ -1,0 +1,20 @@
+//! The frame as plain data: what tracers are given, and nothing else.
+
+mod extract;
+mod features;
+mod scene;
+mod settings;
+pub mod wire;
+
+pub use features::Features;
+pub use scene::{FrameScene, Instance, Light, LightKind, Shape, View, ViewProjection};
+pub use settings::TraceSettings;
+
+use crate::app::Engine;
+
+/// Adds the [`FrameScene`], the settings and extraction (set [`FrameSet::Extract`]).
+pub fn plugin(engine: &mut Engine) {
+    engine.world.init_resource::<FrameScene>();
+    engine.world.init_resource::<TraceSettings>();
+    extract::plugin(engine);
+}

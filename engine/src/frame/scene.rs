@@ -1,0 +1,155 @@
+//! [`FrameScene`]: flat arrays of one frame, in f64 where geometry is concerned.
+//!
+//! Written by extraction alone, read by tracers alone. Row numbers are stable while an entity lives, so a
+//! hit's `instance` names the same entity from frame to frame; freed rows hold [`Shape::Vacant`].
+
+use std::sync::Arc;
+
+use bevy_ecs::prelude::*;
+use glam::{DAffine3, DVec3, Vec3};
+
+use super::Features;
+use crate::world::{Fade, Material, MeshData, ToneMap};
+
+/// Everything a tracer needs to know of a frame.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct FrameScene {
+    /// The eye. Its origin is the render origin: f32 tracers subtract it in f64 before they round.
+    pub view: View,
+    /// Linear RGB of a ray that hits nothing.
+    pub background: Vec3,
+    /// Generations followed; the camera's ray is the first. A ray past the last is black.
+    pub max_generations: u32,
+    /// Lights that shine.
+    pub lights: Vec<Light>,
+    /// Material rows; row 0 is the default one, for shapes that name none.
+    pub materials: Vec<Material>,
+    /// Mesh rows. A changed mesh is another `Arc` in the same row.
+    pub meshes: Vec<Arc<MeshData>>,
+    /// Shapes in the world.
+    pub instances: Vec<Instance>,
+    /// What the rows above make necessary.
+    pub features: Features,
+}
+
+/// The eye, spanned for B.2 of the ground truth: a ray through picture coordinates
+/// sx in [-1/2, 1/2] (to the right) and sy (up) has direction forward + sx*right + sy*up.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct View {
+    /// Position in the world.
+    pub origin: DVec3,
+    /// Unit view direction.
+    pub forward: DVec3,
+    /// Spans the picture's full width (perspective: at distance 1).
+    pub right: DVec3,
+    /// Spans the picture's full height.
+    pub up: DVec3,
+    /// Perspective: rays start at the origin. Orthographic: at origin + sx*right + sy*up, along forward.
+    pub projection: ViewProjection,
+    /// Stops, for the present pass.
+    pub exposure: f32,
+    /// Tone curve, for the present pass.
+    pub tone_map: ToneMap,
+}
+
+impl Default for View {
+    fn default() -> Self {
+        Self {
+            origin: DVec3::ZERO,
+            forward: DVec3::NEG_Z,
+            right: DVec3::X,
+            up: DVec3::Y,
+            projection: ViewProjection::Perspective,
+            exposure: 0.0,
+            tone_map: ToneMap::Clip,
+        }
+    }
+}
+
+/// Kind of [`View`].
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum ViewProjection {
+    /// A pinhole.
+    #[default]
+    Perspective,
+    /// Parallel rays.
+    Orthographic,
+}
+
+/// A light in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Light {
+    /// Linear RGB, intensity multiplied in.
+    pub color: Vec3,
+    /// Falloff with distance.
+    pub fade: Option<Fade>,
+    /// Where and whither it shines.
+    pub kind: LightKind,
+}
+
+/// Where and whither a light shines.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum LightKind {
+    /// From a point, all around.
+    Point {
+        /// World position.
+        position: DVec3,
+    },
+    /// From infinitely far away.
+    Directional {
+        /// Unit direction towards the light.
+        to_light: DVec3,
+    },
+    /// From a point, into a cone.
+    Spot {
+        /// World position.
+        position: DVec3,
+        /// Unit axis of the cone, away from the light.
+        axis: DVec3,
+        /// Cosine of the half angle of full light.
+        cos_inner: f64,
+        /// Cosine of the half angle of no light; smoothstep between.
+        cos_outer: f64,
+    },
+}
+
+/// A shape in the world.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Instance {
+    /// Opaque tag of the owner (an entity's bits), for picking; tracers hand it on unread.
+    pub tag: u64,
+    /// What it is, in local space.
+    pub shape: Shape,
+    /// Finite and invertible (extraction leaves others out as [`Shape::Vacant`]).
+    pub world_from_local: DAffine3,
+    /// Row of [`FrameScene::materials`].
+    pub material: u32,
+}
+
+/// Geometry of an [`Instance`] in its local space. All are two-sided.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shape {
+    /// Nothing: a free, hidden or singular row.
+    Vacant,
+    /// Row of [`FrameScene::meshes`]; primitive ids are triangle numbers.
+    Mesh(u32),
+    /// About the local origin; primitive 0.
+    Sphere {
+        /// Local units.
+        radius: f64,
+    },
+    /// n.p = distance; primitive 0.
+    Plane {
+        /// Any length but zero.
+        normal: DVec3,
+        /// In units of the normal's length.
+        distance: f64,
+    },
+    /// Along the local axes; primitives 0..6 are the faces -x +x -y +y -z +z.
+    Cuboid {
+        /// Least corner.
+        min: DVec3,
+        /// Greatest corner.
+        max: DVec3,
+    },
+}

@@ -1,0 +1,237 @@
+//! Rows as the f32 tracers read them, byte for byte the structs of `shaders/shared/types.wgsl`.
+//!
+//! A test parses the WGSL and compares names, order, offsets, sizes and constants with these.
+//! Positions are relative to the render origin (the eye), which is subtracted in f64 before rounding.
+//! "Affine rows" are the three rows of a 3x4 matrix: p'[i] = dot(row[i].xyz, p) + row[i].w.
+
+use bytemuck::{Pod, Zeroable};
+
+pub use crate::bvh::Node4;
+
+/// No row, no hit.
+pub const NONE: u32 = u32::MAX;
+/// [`InstanceRow::kind`]: triangles below [`InstanceRow::root`].
+pub const KIND_MESH: u32 = 0;
+/// [`InstanceRow::kind`]: a sphere in render space: `local_from_world[0]` is centre and radius.
+pub const KIND_SPHERE: u32 = 1;
+/// [`InstanceRow::kind`]: the unit sphere in local space.
+pub const KIND_ELLIPSOID: u32 = 2;
+/// [`InstanceRow::kind`]: the box [-1, 1]^3 in local space.
+pub const KIND_CUBOID: u32 = 3;
+/// [`InstanceRow::kind`]: a plane in render space: `local_from_world[0]` is unit normal and n.p.
+pub const KIND_PLANE: u32 = 4;
+/// [`InstanceRow::flags`]: the material lets light through.
+pub const INSTANCE_TRANSMITS: u32 = 1;
+/// [`MaterialRow::flags`]: reflection by Fresnel's formula; `reflection` is unused.
+pub const MATERIAL_FRESNEL: u32 = 1;
+/// [`MaterialRow::flags`]: reflects by the constant weight `reflection`.
+pub const MATERIAL_MIRROR: u32 = 2;
+/// [`MaterialRow::flags`]: lets light through.
+pub const MATERIAL_TRANSMITS: u32 = 4;
+/// [`LightRow::kind`].
+pub const LIGHT_POINT: u32 = 0;
+/// [`LightRow::kind`]: `position` is the unit direction towards the light.
+pub const LIGHT_DIRECTIONAL: u32 = 1;
+/// [`LightRow::kind`].
+pub const LIGHT_SPOT: u32 = 2;
+/// [`ViewRow::projection`]: a pinhole.
+pub const PROJECTION_PERSPECTIVE: u32 = 0;
+/// [`ViewRow::projection`]: parallel rays.
+pub const PROJECTION_ORTHOGRAPHIC: u32 = 1;
+/// Media a ray can be inside of at once; one more is counted in [`CounterRow::media_overflows`].
+pub const MEDIA_CAPACITY: u32 = 8;
+/// Generations a path can have, whatever the scene asks: the size of the stack of deferred rays.
+pub const GENERATIONS_CAPACITY: u32 = 64;
+/// Surfaces of equal index a ray may cross within one generation; one more is counted in
+/// [`CounterRow::straight_overflows`].
+pub const STRAIGHT_CAPACITY: u32 = 256;
+/// Nodes a traversal can hold; trees are built to need no more (see [`crate::bvh`]).
+pub const TRAVERSAL_CAPACITY: u32 = 96;
+
+/// The uniform of a frame.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct ViewRow {
+    /// Unit view direction.
+    pub forward: [f32; 3],
+    /// Picture width in pixels.
+    pub width: u32,
+    /// Spans the picture's width.
+    pub right: [f32; 3],
+    /// Picture height in pixels.
+    pub height: u32,
+    /// Spans the picture's height.
+    pub up: [f32; 3],
+    /// Samples along each side of a pixel.
+    pub samples_per_axis: u32,
+    /// Linear RGB of a miss.
+    pub background: [f32; 3],
+    /// Generations followed, at most [`GENERATIONS_CAPACITY`].
+    pub max_generations: u32,
+    /// `PROJECTION_*`.
+    pub projection: u32,
+    /// The first `plane_count` instance rows are planes; they are in no tree.
+    pub plane_count: u32,
+    /// Rows of lights.
+    pub light_count: u32,
+    /// Root of the instance tree among the nodes; [`NONE`]: no instances but planes.
+    pub root: u32,
+}
+
+/// A shape in render space.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct InstanceRow {
+    /// Affine rows; spheres and planes in render space use row 0 alone.
+    pub local_from_world: [[f32; 4]; 3],
+    /// Affine rows.
+    pub world_from_local: [[f32; 4]; 3],
+    /// `KIND_*`.
+    pub kind: u32,
+    /// Row of materials.
+    pub material: u32,
+    /// Meshes: root of the mesh's tree among the nodes. Child indices in a tree count from its root.
+    pub root: u32,
+    /// Meshes: first row of its triangles. Leaf ranges of the tree count from here.
+    pub first_triangle: u32,
+    /// Row of `FrameScene::instances`: what a hit names and what breaks ties.
+    pub id: u32,
+    /// `INSTANCE_*`.
+    pub flags: u32,
+    /// Room for one more number.
+    pub spare: [u32; 2],
+}
+
+/// A triangle in its mesh's space (vertices minus the mesh's origin), in the order of the tree's leaves.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct TriangleRow {
+    /// First corner.
+    pub a: [f32; 3],
+    /// Triangle number in the mesh: what a hit names and what breaks ties.
+    pub prim: u32,
+    /// Second corner.
+    pub b: [f32; 3],
+    /// First of three rows of normals; [`NONE`]: flat.
+    pub normals: u32,
+    /// Third corner.
+    pub c: [f32; 3],
+    /// Room for one more number.
+    pub spare: u32,
+}
+
+/// A vertex normal in its mesh's space.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct NormalRow {
+    /// Unit length.
+    pub normal: [f32; 3],
+    /// Room for one more number.
+    pub spare: u32,
+}
+
+/// A material; see [`crate::world::Material`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct MaterialRow {
+    /// Linear RGB.
+    pub color: [f32; 3],
+    /// Diffuse share, not yet times a = 1 - filter - transmit.
+    pub diffuse: f32,
+    /// Constant weight of the mirrored ray.
+    pub reflection: [f32; 3],
+    /// Emission, not yet times a.
+    pub emission: f32,
+    /// Phong strength; 0: none.
+    pub phong_strength: f32,
+    /// Phong exponent.
+    pub phong_exponent: f32,
+    /// Blinn-Phong strength; 0: none.
+    pub specular_strength: f32,
+    /// Blinn-Phong exponent.
+    pub specular_exponent: f32,
+    /// Untinted share that passes.
+    pub transmit: f32,
+    /// Tinted share that passes.
+    pub filter: f32,
+    /// Index of refraction.
+    pub ior: f32,
+    /// `MATERIAL_*`.
+    pub flags: u32,
+}
+
+/// A light in render space; see [`crate::frame::Light`].
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct LightRow {
+    /// Position, or unit direction towards the light.
+    pub position: [f32; 3],
+    /// `LIGHT_*`.
+    pub kind: u32,
+    /// Linear RGB.
+    pub color: [f32; 3],
+    /// Distance of fade factor 1; 0: no fade.
+    pub fade_distance: f32,
+    /// Unit axis of a spot's cone, away from the light.
+    pub axis: [f32; 3],
+    /// Power of the fade.
+    pub fade_power: f32,
+    /// Cosine of a spot's half angle of full light.
+    pub cos_inner: f32,
+    /// Cosine of a spot's half angle of no light.
+    pub cos_outer: f32,
+    /// Room for more.
+    pub spare: [u32; 2],
+}
+
+/// A ray in render space.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct RayRow {
+    /// Start.
+    pub origin: [f32; 3],
+    /// Hits need t > `t_min`.
+    pub t_min: f32,
+    /// Direction of any length; t counts in its length.
+    pub dir: [f32; 3],
+    /// Hits need t < `t_max`.
+    pub t_max: f32,
+}
+
+/// What a ray met.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct HitRow {
+    /// Distance in lengths of the ray's direction; finite but meaningless for a miss.
+    pub t: f32,
+    /// Barycentric weight of a triangle's second corner.
+    pub u: f32,
+    /// Barycentric weight of a triangle's third corner.
+    pub v: f32,
+    /// [`InstanceRow::id`]; [`NONE`]: a miss. Any-hit queries: 0 free, 1 occluded.
+    pub instance: u32,
+    /// Primitive of the instance.
+    pub prim: u32,
+    /// Room for more.
+    pub spare: [u32; 3],
+}
+
+/// What tracing a picture added up. On the device these are atomics.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
+pub struct CounterRow {
+    /// Camera rays.
+    pub primary_rays: u32,
+    /// Mirrored rays.
+    pub reflected_rays: u32,
+    /// Refracted and straight-through rays.
+    pub refracted_rays: u32,
+    /// Shadow rays.
+    pub shadow_rays: u32,
+    /// Entries into a medium that the list of media had no room for.
+    pub media_overflows: u32,
+    /// Rays ended for crossing more than `STRAIGHT_CAPACITY` surfaces of equal index.
+    pub straight_overflows: u32,
+    /// Room for more.
+    pub spare: [u32; 2],
+}

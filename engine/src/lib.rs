@@ -1,0 +1,23 @@
+//! Orrery: a data-oriented, real-time Whitted ray-tracing engine for scenes in which everything moves.
+//!
+//! An [`Engine`] is a world of entities and one schedule. A frame goes through the sets of
+//! [`schedule::FrameSet`], top to bottom:
+//!
+//! | module | room of the house |
+//! |---|---|
+//! | [`app`], [`schedule`], [`time`] | the loop |
+//! | [`world`] | components, and what keeps them true (f64) |
+//! | [`geom`], [`bvh`] | pure maths; trees |
+//! | [`frame`] | the frame as plain data |
+//! | [`trace`] | three tracers behind one trait |
+
+pub mod app;
+pub mod bvh;
+pub mod frame;
+pub mod geom;
+pub mod schedule;
+pub mod time;
+pub mod trace;
+pub mod world;
+
+pub use app::Engine;

@@ -1,0 +1,9 @@
+//! The GPU tracer.
+/// Where the GPU left the picture: a storage buffer of `size.x * size.y` linear RGBA f32 pixels, top row first.
+#[derive(Clone, Debug)]
+pub struct DevicePicture {
+    /// Pixels across and down.
+    pub size: glam::UVec2,
+    /// 16 bytes a pixel, usable as read-only storage.
+    pub pixels: wgpu::Buffer,
+}

@@ -1,0 +1,225 @@
+//! Tracers: three ways to the same picture behind one trait.
+//!
+//! `gpu` (WGSL, f32), `cpu` (rayon, f32: the report's "emulation mode") and `reference` (f64, plain, the
+//! oracle). All follow one algorithm, Whitted's (1980), with an explicit stack of deferred rays where the
+//! report (2008, "Iterative ray tracing") used a queue whose fixed arrays could overflow:
+//!
+//! 1. *Camera ray*, generation 1, through the pixel's sample.
+//! 2. *Closest hit* over all instances. Equal t resolves to the lower (instance id, primitive id), so
+//!    neither tree nor traversal order shows in the picture. The primitive a ray starts on is left out by
+//!    id (curved ones answer with their other root); origins are moved off the surface along its normal by
+//!    a bound on the hit point's rounding error (pbrt-v4, 6.8), never by a length out of the air.
+//! 3. *Local light* (ACCURACY B.4: POV-Ray's model): emission, and for each light with N.L > 1e-10 a
+//!    shadow ray. Opaque surfaces end it; transparent ones multiply in order of (t, id).
+//! 4. *Refraction and reflection*, each a ray of the next generation. Index ratios come from the list of
+//!    media the ray is inside of. Where the two indices agree the ray goes straight on in its generation.
+//! 5. Of two rays one is followed and one deferred. The deferred one belongs to the hit's generation, and
+//!    the followed subtree ends before it is taken up, so one slot a generation is enough: the stack
+//!    cannot overflow. (Straight-through and reflection: the straight one is deferred.)
+//! 6. A ray past the last generation is black; a miss sees the background.
+
+pub mod cpu;
+pub mod gpu;
+mod pack;
+mod picture;
+pub mod reference;
+mod systems;
+
+pub use pack::PackedScene;
+pub use picture::Picture;
+pub use systems::{ActiveTracer, TraceFault, plugin};
+
+use std::fmt;
+
+use glam::Vec3;
+
+use crate::frame::{FrameScene, TraceSettings};
+
+/// Which tracer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Backend {
+    /// Compute shaders.
+    Gpu,
+    /// All cores, f32.
+    Cpu,
+    /// f64, unhurried.
+    Reference,
+}
+
+impl Backend {
+    /// All, in order of speed.
+    pub const ALL: [Self; 3] = [Self::Gpu, Self::Cpu, Self::Reference];
+}
+
+impl fmt::Display for Backend {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::Gpu => "gpu",
+            Self::Cpu => "cpu",
+            Self::Reference => "reference",
+        })
+    }
+}
+
+/// A ray relative to the render origin (the eye of the last uploaded frame). Hits have t in (t_min, t_max).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Ray {
+    /// Start.
+    pub origin: Vec3,
+    /// Direction of any length but zero; t counts in its length.
+    pub dir: Vec3,
+    /// Lower end, exclusive.
+    pub t_min: f32,
+    /// Upper end, exclusive.
+    pub t_max: f32,
+}
+
+/// What is asked of rays.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Query {
+    /// The nearest hit; equal t resolves to the lower (instance, primitive).
+    Closest,
+    /// Whether there is a hit at all (transparent or not).
+    Any,
+}
+
+/// What a ray met. A miss has t = infinity and `instance == u32::MAX`; an [`Query::Any`] hit has t = 0
+/// and instance 1, its miss t = infinity and instance 0 (the rivals' format).
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Hit {
+    /// In lengths of the ray's direction.
+    pub t: f64,
+    /// Row of `FrameScene::instances`.
+    pub instance: u32,
+    /// Primitive of the instance.
+    pub prim: u32,
+    /// Barycentric weights of a triangle's second and third corner; 0 for other shapes.
+    pub uv: [f64; 2],
+}
+
+impl Hit {
+    /// No hit of a closest query.
+    pub const MISS: Self = Self {
+        t: f64::INFINITY,
+        instance: u32::MAX,
+        prim: u32::MAX,
+        uv: [0.0; 2],
+    };
+
+    /// The answer of an any-hit query.
+    pub fn any(occluded: bool) -> Self {
+        Self {
+            t: if occluded { 0.0 } else { f64::INFINITY },
+            instance: u32::from(occluded),
+            prim: 0,
+            uv: [0.0; 2],
+        }
+    }
+}
+
+/// Rays of the last picture by kind, and what did not fit.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Counters {
+    /// Camera rays.
+    pub primary_rays: u64,
+    /// Mirrored rays.
+    pub reflected_rays: u64,
+    /// Refracted and straight-through rays.
+    pub refracted_rays: u64,
+    /// Shadow rays.
+    pub shadow_rays: u64,
+    /// Entries into a medium that the list of media had no room for.
+    pub media_overflows: u64,
+    /// Rays ended for crossing too many surfaces of equal index.
+    pub straight_overflows: u64,
+    /// Bytes written to the tracer's buffers for this frame.
+    pub bytes_uploaded: u64,
+    /// Trees built or refitted for this frame.
+    pub trees_updated: u64,
+}
+
+impl Counters {
+    /// Rays of every kind.
+    pub fn rays(&self) -> u64 {
+        self.primary_rays + self.reflected_rays + self.refracted_rays + self.shadow_rays
+    }
+}
+
+/// Time of one pass of the last picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PassTime {
+    /// Name of the pass, as its shader file or step is called.
+    pub name: &'static str,
+    /// Milliseconds, by the device's timestamps on a GPU.
+    pub millis: f64,
+}
+
+/// Why there is no picture.
+#[derive(Clone, Debug, PartialEq)]
+pub enum TraceError {
+    /// No device that could do it; the sentence says what was tried and what to do.
+    NoDevice(String),
+    /// The scene is larger than a limit of the device.
+    TooLarge(String),
+    /// The device failed.
+    Device(String),
+}
+
+impl fmt::Display for TraceError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let (Self::NoDevice(why) | Self::TooLarge(why) | Self::Device(why)) = self;
+        f.write_str(why)
+    }
+}
+
+impl std::error::Error for TraceError {}
+
+/// A way to the picture. The three steps are those of the frame: refit, upload, render.
+pub trait Tracer: Send + Sync {
+    /// Which one this is.
+    fn backend(&self) -> Backend;
+
+    /// The device in words: processor and threads, or adapter, driver and API.
+    fn device(&self) -> String;
+
+    /// Builds or refits the trees whose geometry changed since the last call.
+    ///
+    /// # Errors
+    /// See [`TraceError`].
+    fn refit(&mut self, scene: &FrameScene) -> Result<(), TraceError>;
+
+    /// Packs the frame's rows and brings them to where rays are traced.
+    ///
+    /// # Errors
+    /// See [`TraceError`].
+    fn upload(&mut self, scene: &FrameScene, settings: &TraceSettings) -> Result<(), TraceError>;
+
+    /// Traces the picture of the uploaded frame. On a GPU this submits; [`Tracer::picture`] waits.
+    ///
+    /// # Errors
+    /// See [`TraceError`].
+    fn render(&mut self) -> Result<(), TraceError>;
+
+    /// The last picture, on the host.
+    ///
+    /// # Errors
+    /// See [`TraceError`]; [`TraceError::Device`] before the first [`Tracer::render`].
+    fn picture(&mut self) -> Result<Picture, TraceError>;
+
+    /// The last picture where the GPU left it, for presenting without a copy; none on the host's tracers.
+    fn device_picture(&self) -> Option<gpu::DevicePicture> {
+        None
+    }
+
+    /// Answers rays against the uploaded frame, in order.
+    ///
+    /// # Errors
+    /// See [`TraceError`].
+    fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError>;
+
+    /// What the last picture took. On a GPU: of the last picture that has come back.
+    fn counters(&self) -> Counters;
+
+    /// Times of the last picture's passes, in order. On a GPU: of the last picture that has come back.
+    fn pass_times(&self) -> Vec<PassTime>;
+}

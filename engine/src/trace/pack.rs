@@ -1,0 +1,4 @@
+//! FrameScene to rows (stub).
+/// Rows.
+#[derive(Default)]
+pub struct PackedScene {}

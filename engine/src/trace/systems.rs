@@ -1,0 +1,52 @@
+//! The tracer's place in the frame: refit, upload, trace.
+
+use bevy_ecs::prelude::*;
+
+use super::{TraceError, Tracer};
+use crate::app::Engine;
+use crate::frame::{FrameScene, TraceSettings};
+use crate::schedule::FrameSet;
+
+/// The tracer in use; none: frames run without a picture.
+#[derive(Resource, Default)]
+pub struct ActiveTracer(pub Option<Box<dyn Tracer>>);
+
+/// What went wrong in this frame's tracing; whoever drives the frame looks here after it.
+#[derive(Resource, Default, Debug)]
+pub struct TraceFault(pub Option<TraceError>);
+
+/// Adds the three steps (sets [`FrameSet::Refit`], [`FrameSet::Upload`], [`FrameSet::Trace`]).
+pub fn plugin(engine: &mut Engine) {
+    engine.world.init_resource::<ActiveTracer>();
+    engine.world.init_resource::<TraceFault>();
+    engine.add_systems(FrameSet::Refit, refit_trees);
+    engine.add_systems(FrameSet::Upload, upload_rows);
+    engine.add_systems(FrameSet::Trace, trace_picture);
+}
+
+fn refit_trees(
+    scene: Res<FrameScene>,
+    mut tracer: ResMut<ActiveTracer>,
+    mut fault: ResMut<TraceFault>,
+) {
+    if let Some(tracer) = &mut tracer.0 {
+        fault.0 = tracer.refit(&scene).err();
+    }
+}
+
+fn upload_rows(
+    scene: Res<FrameScene>,
+    settings: Res<TraceSettings>,
+    mut tracer: ResMut<ActiveTracer>,
+    mut fault: ResMut<TraceFault>,
+) {
+    if let (Some(tracer), None) = (&mut tracer.0, &fault.0) {
+        fault.0 = tracer.upload(&scene, &settings).err();
+    }
+}
+
+fn trace_picture(mut tracer: ResMut<ActiveTracer>, mut fault: ResMut<TraceFault>) {
+    if let (Some(tracer), None) = (&mut tracer.0, &fault.0) {
+        fault.0 = tracer.render().err();
+    }
+}

@@ -1,0 +1,72 @@
+//! The eye: its projection and what the picture does with light (exposure, tone curve).
+
+use bevy_ecs::prelude::*;
+use bevy_reflect::prelude::*;
+
+use super::{Transform, Visibility};
+
+/// A camera at its entity's pose, looking along local -Z with +Y up.
+///
+/// The picture shows the first visible camera in order of entity unless [`ActiveCamera`] names one.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct Camera {
+    /// How directions become pixels.
+    pub projection: Projection,
+    /// Exposure in stops: the picture is multiplied by 2^exposure before the tone curve.
+    pub exposure: f32,
+    /// How scene light becomes display light.
+    pub tone_map: ToneMap,
+}
+
+impl Default for Camera {
+    fn default() -> Self {
+        Self {
+            projection: Projection::default(),
+            exposure: 0.0,
+            tone_map: ToneMap::default(),
+        }
+    }
+}
+
+/// How directions become pixels.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default, Clone, PartialEq)]
+pub enum Projection {
+    /// A pinhole.
+    Perspective {
+        /// Full vertical opening angle, radians, in (0, pi).
+        vertical_fov: f64,
+    },
+    /// Parallel rays.
+    Orthographic {
+        /// Height of the picture in world units.
+        height: f64,
+    },
+}
+
+impl Default for Projection {
+    fn default() -> Self {
+        Self::Perspective {
+            vertical_fov: 45_f64.to_radians(),
+        }
+    }
+}
+
+/// The tone curve applied after exposure, before sRGB encoding.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
+#[reflect(Default, Clone, PartialEq)]
+pub enum ToneMap {
+    /// Clip to [0, 1]: the plain picture, as a ray tracer of 2008 would show it.
+    #[default]
+    Clip,
+    /// x / (1 + x) on luminance (Reinhard et al. 2002, eq. 3).
+    Reinhard,
+    /// A filmic curve: the rational fit of the ACES reference by Narkowicz (2015).
+    Filmic,
+}
+
+/// The camera the picture is taken from; none: the first visible one.
+#[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq)]
+pub struct ActiveCamera(pub Option<Entity>);

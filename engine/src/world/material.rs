@@ -1,0 +1,89 @@
+//! How a surface answers light: Whitted's model as POV-Ray 3.7 states it (diffuse, Phong, Blinn-Phong,
+//! emission, constant or Fresnel reflection, filtered transmission with an index of refraction).
+
+use bevy_ecs::prelude::*;
+use bevy_reflect::prelude::*;
+use glam::Vec3;
+
+/// A material, on an entity of its own; shapes name it by [`super::Surface`].
+///
+/// With a = 1 - filter - transmit, V to the eye, N towards the eye, per light of colour Lc:
+/// `color*diffuse*a*(N.L)*Lc + phong.strength*(R.L)^n*Lc + specular.strength*(N.H)^n*Lc`,
+/// plus `color*emission*a`, plus reflection, plus transmission times `color*filter + transmit`.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+pub struct Material {
+    /// Linear RGB.
+    pub color: Vec3,
+    /// Share of light scattered evenly.
+    pub diffuse: f32,
+    /// Light given off, times colour.
+    pub emission: f32,
+    /// Phong highlight about the mirrored eye ray; not tinted.
+    pub phong: Option<Lobe>,
+    /// Blinn-Phong highlight about the half vector; not tinted.
+    pub specular: Option<Lobe>,
+    /// Mirror reflection.
+    pub reflection: Reflection,
+    /// Share of light passed on untinted.
+    pub transmit: f32,
+    /// Share of light passed on tinted by the colour.
+    pub filter: f32,
+    /// Index of refraction, > 0; 1 is air.
+    pub ior: f64,
+}
+
+impl Default for Material {
+    fn default() -> Self {
+        Self {
+            color: Vec3::splat(0.8),
+            diffuse: 0.8,
+            emission: 0.0,
+            phong: None,
+            specular: None,
+            reflection: Reflection::None,
+            transmit: 0.0,
+            filter: 0.0,
+            ior: 1.0,
+        }
+    }
+}
+
+/// A highlight.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Default, Clone, PartialEq)]
+pub struct Lobe {
+    /// Value at the centre.
+    pub strength: f32,
+    /// Exponent of the cosine; higher is tighter.
+    pub exponent: f32,
+}
+
+impl Default for Lobe {
+    fn default() -> Self {
+        Self {
+            strength: 0.5,
+            exponent: 40.0,
+        }
+    }
+}
+
+/// Weight of the mirrored ray.
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Default)]
+#[reflect(Default, Clone, PartialEq)]
+pub enum Reflection {
+    /// No mirrored ray.
+    #[default]
+    None,
+    /// The same at every angle, linear RGB.
+    Constant(Vec3),
+    /// Unpolarised Fresnel of the indices on both sides; transmission gets the rest.
+    Fresnel,
+}
+
+impl Material {
+    /// Weight of light that passes straight through: color * filter + transmit.
+    pub fn transmission(&self) -> Vec3 {
+        self.color * self.filter + self.transmit
+    }
+}

@@ -1,0 +1,114 @@
+//! Triangle meshes, recentred for f32 tracers, and the store that owns them.
+
+use std::sync::Arc;
+
+use bevy_ecs::prelude::*;
+use bevy_reflect::prelude::*;
+use glam::{DVec3, Vec3};
+
+/// Row of [`Meshes`].
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[reflect(Clone, PartialEq)]
+pub struct MeshId(pub u32);
+
+/// One indexed triangle mesh in its own space. Immutable: a change makes a new one.
+#[derive(Clone, Debug, Default)]
+pub struct MeshData {
+    /// What people call it (file and group).
+    pub name: String,
+    /// Where the mesh came from, as the scene file wrote it; empty for polygons.
+    pub path: String,
+    /// Subtracted in f64 before rounding to f32: the centre of the bounds.
+    pub origin: DVec3,
+    /// Vertices as given.
+    pub vertices: Vec<DVec3>,
+    /// Vertices minus `origin`, rounded: what f32 tracers read.
+    pub positions: Vec<Vec3>,
+    /// One unit normal a vertex for smooth shading; empty: flat.
+    pub normals: Vec<Vec3>,
+    /// Corners of each triangle, counter-clockwise seen from outside.
+    pub triangles: Vec<[u32; 3]>,
+}
+
+impl MeshData {
+    /// A mesh from f64 vertices; `normals` is empty (flat) or one a vertex.
+    ///
+    /// # Errors
+    /// A sentence that names the first index out of range, non-finite vertex, or a wrong count of normals.
+    pub fn new(
+        name: impl Into<String>,
+        vertices: Vec<DVec3>,
+        normals: Vec<Vec3>,
+        triangles: Vec<[u32; 3]>,
+    ) -> Result<Self, String> {
+        if let Some(i) = vertices.iter().position(|v| !v.is_finite()) {
+            return Err(format!("vertex {i} is not finite: {}", vertices[i]));
+        }
+        if !normals.is_empty() && normals.len() != vertices.len() {
+            return Err(format!(
+                "{} normals for {} vertices",
+                normals.len(),
+                vertices.len()
+            ));
+        }
+        let count = vertices.len();
+        for (i, triangle) in triangles.iter().enumerate() {
+            if let Some(corner) = triangle.iter().find(|&&c| c as usize >= count) {
+                return Err(format!(
+                    "triangle {i} names vertex {corner}, but there are {count}"
+                ));
+            }
+        }
+        let (min, max) = vertices
+            .iter()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &v| {
+                (min.min(v), max.max(v))
+            });
+        let origin = if vertices.is_empty() {
+            DVec3::ZERO
+        } else {
+            // Rounded to f32 so that meshes whose vertices are f32 stay exact after the subtraction.
+            ((min + max) * 0.5).as_vec3().as_dvec3()
+        };
+        let positions = vertices.iter().map(|&v| (v - origin).as_vec3()).collect();
+        Ok(Self {
+            name: name.into(),
+            path: String::new(),
+            origin,
+            vertices,
+            positions,
+            normals,
+            triangles,
+        })
+    }
+}
+
+/// All meshes of the world. Rows are stable; a replaced row holds a new `Arc`.
+#[derive(Resource, Default, Debug)]
+pub struct Meshes {
+    rows: Vec<Arc<MeshData>>,
+}
+
+impl Meshes {
+    /// Adds a mesh.
+    pub fn add(&mut self, mesh: MeshData) -> MeshId {
+        let id = u32::try_from(self.rows.len()).expect("fewer than 2^32 meshes");
+        self.rows.push(Arc::new(mesh));
+        MeshId(id)
+    }
+
+    /// Puts another mesh into a row.
+    pub fn replace(&mut self, id: MeshId, mesh: MeshData) {
+        self.rows[id.0 as usize] = Arc::new(mesh);
+    }
+
+    /// The mesh of a row.
+    pub fn get(&self, id: MeshId) -> Option<&Arc<MeshData>> {
+        self.rows.get(id.0 as usize)
+    }
+
+    /// All rows in order of id.
+    pub fn rows(&self) -> &[Arc<MeshData>] {
+        &self.rows
+    }
+}

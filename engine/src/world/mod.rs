@@ -1,0 +1,75 @@
+//! Components, and the systems that keep the derived ones true.
+//!
+//! People, timelines and editors write the plain components here; [`GlobalTransform`],
+//! [`GlobalVisibility`] and [`PolygonMesh`] are derived and have one writer each.
+
+mod camera;
+mod identity;
+mod light;
+mod material;
+mod mesh;
+mod polygon;
+mod propagate;
+mod shape;
+mod transform;
+mod visibility;
+
+pub use camera::{ActiveCamera, Camera, Projection, ToneMap};
+pub use identity::{Background, SceneId, TraceDepth};
+pub use light::{DirectionalLight, Fade, PointLight, SpotLight};
+pub use material::{Lobe, Material, Reflection};
+pub use mesh::{MeshData, MeshId, Meshes};
+pub use polygon::{triangulate, triangulate_polygons};
+pub use propagate::{Inherited, propagate};
+pub use shape::{Cuboid, Mesh, Plane, Polygon, PolygonMesh, Sphere, Surface};
+pub use transform::{GlobalTransform, Shear, Transform};
+pub use visibility::{GlobalVisibility, Visibility};
+
+use bevy_ecs::prelude::*;
+use bevy_ecs::reflect::AppTypeRegistry;
+
+use crate::app::Engine;
+use crate::schedule::FrameSet;
+
+/// Adds the world's resources, its reflected types and its systems (set [`FrameSet::Propagate`]).
+pub fn plugin(engine: &mut Engine) {
+    let world = &mut engine.world;
+    world.init_resource::<Meshes>();
+    world.init_resource::<ActiveCamera>();
+    world.init_resource::<Background>();
+    world.init_resource::<TraceDepth>();
+    register_types(&world.get_resource_or_init::<AppTypeRegistry>());
+    engine.add_systems(
+        FrameSet::Propagate,
+        (
+            propagate::<GlobalTransform>,
+            propagate::<GlobalVisibility>,
+            triangulate_polygons,
+        )
+            .chain(),
+    );
+}
+
+/// Tells reflection about every component an inspector may edit.
+fn register_types(registry: &AppTypeRegistry) {
+    let mut registry = registry.write();
+    registry.register::<Name>();
+    registry.register::<SceneId>();
+    registry.register::<Transform>();
+    registry.register::<Shear>();
+    registry.register::<GlobalTransform>();
+    registry.register::<Visibility>();
+    registry.register::<GlobalVisibility>();
+    registry.register::<Camera>();
+    registry.register::<PointLight>();
+    registry.register::<DirectionalLight>();
+    registry.register::<SpotLight>();
+    registry.register::<Material>();
+    registry.register::<Surface>();
+    registry.register::<Mesh>();
+    registry.register::<Sphere>();
+    registry.register::<Plane>();
+    registry.register::<Cuboid>();
+    registry.register::<Polygon>();
+    registry.register::<PolygonMesh>();
+}

@@ -1,0 +1,103 @@
+//! What can be hit. An entity has at most one of these; its material is named by [`Surface`].
+//!
+//! All are in the entity's local space and two-sided. A sphere under a general transform is an ellipsoid.
+
+use bevy_ecs::prelude::*;
+use bevy_reflect::prelude::*;
+use glam::DVec3;
+
+use super::{MeshId, Transform, Visibility};
+
+/// The material of a shape: an entity that carries a [`super::Material`].
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
+#[reflect(Component, Clone, PartialEq)]
+pub struct Surface(pub Entity);
+
+/// A triangle mesh out of [`super::Meshes`].
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
+#[reflect(Component, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct Mesh(pub MeshId);
+
+/// A sphere about the local origin.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct Sphere {
+    /// Local units, > 0.
+    pub radius: f64,
+}
+
+impl Default for Sphere {
+    fn default() -> Self {
+        Self { radius: 1.0 }
+    }
+}
+
+/// The infinite plane n.p = distance.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct Plane {
+    /// Any length but zero.
+    pub normal: DVec3,
+    /// In units of the normal's length.
+    pub distance: f64,
+}
+
+impl Default for Plane {
+    fn default() -> Self {
+        Self {
+            normal: DVec3::Y,
+            distance: 0.0,
+        }
+    }
+}
+
+/// A box along the local axes (the scene file calls it `Box`; Rust has taken that word).
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct Cuboid {
+    /// Least corner.
+    pub min: DVec3,
+    /// Greatest corner; greater than `min` on every axis.
+    pub max: DVec3,
+}
+
+impl Default for Cuboid {
+    fn default() -> Self {
+        Self {
+            min: DVec3::splat(-0.5),
+            max: DVec3::splat(0.5),
+        }
+    }
+}
+
+/// A planar polygon of any number of corners, concave or with holes (even-odd over its loops).
+#[derive(Component, Reflect, Clone, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+pub struct Polygon {
+    /// Outer loop first, then holes; corners in order, either winding, not repeated at the end.
+    pub loops: Vec<Vec<DVec3>>,
+}
+
+impl Default for Polygon {
+    fn default() -> Self {
+        let corner = |x, y| DVec3::new(x, y, 0.0);
+        Self {
+            loops: vec![vec![
+                corner(-0.5, -0.5),
+                corner(0.5, -0.5),
+                corner(0.5, 0.5),
+                corner(-0.5, 0.5),
+            ]],
+        }
+    }
+}
+
+/// The triangles a [`Polygon`] was cut into; written by [`super::triangulate_polygons`] only.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
+#[reflect(Component, Clone, PartialEq)]
+pub struct PolygonMesh(pub MeshId);
