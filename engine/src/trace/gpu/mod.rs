@@ -1,4 +1,9 @@
-//! The GPU tracer.
+//! The GPU tracer: one WGSL kernel through wgpu.
+
+mod context;
+
+pub use context::{AdapterChoice, Gpu, STORAGE_BUFFERS};
+
 /// Where the GPU left the picture: a storage buffer of `size.x * size.y` linear RGBA f32 pixels, top row first.
 #[derive(Clone, Debug)]
 pub struct DevicePicture {

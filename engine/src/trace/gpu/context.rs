@@ -1,0 +1,276 @@
+//! The GPU itself: which adapter, the device opened on it, and what goes wrong with it.
+//!
+//! Opened by [`super::GpuTracer`]'s callers: once, and shared with the window that presents. wgpu reports
+//! errors through callbacks and panics if nobody listens; here they land in a slot that [`Gpu::check`]
+//! turns into [`TraceError::Device`], so a lost device is an answer, not a crash.
+
+use std::sync::{Arc, Mutex, PoisonError};
+
+use crate::trace::TraceError;
+
+/// Storage buffers that one stage may bind: what every device that runs WebGPU offers.
+pub const STORAGE_BUFFERS: u32 = 8;
+
+/// Which adapter to open.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum AdapterChoice {
+    /// A real GPU; a software adapter counts as none.
+    Hardware,
+    /// A real GPU if there is one, else a software adapter.
+    Any,
+    /// By number, or by a part of its name in any case, in the order of [`Gpu::adapters`].
+    Named(String),
+}
+
+/// An open device.
+pub struct Gpu {
+    /// Where surfaces come from.
+    pub instance: wgpu::Instance,
+    /// What the device was opened on.
+    pub adapter: wgpu::Adapter,
+    /// The device.
+    pub device: wgpu::Device,
+    /// Its queue.
+    pub queue: wgpu::Queue,
+    /// The adapter in words.
+    pub info: wgpu::AdapterInfo,
+    faults: Faults,
+}
+
+/// The first thing that went wrong since the last look.
+#[derive(Clone, Default)]
+struct Faults(Arc<Mutex<Option<String>>>);
+
+impl Faults {
+    fn note(&self, what: String) {
+        let mut slot = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        slot.get_or_insert(what);
+    }
+
+    fn take(&self) -> Option<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
+}
+
+impl Gpu {
+    /// An instance with every backend that was compiled in.
+    pub fn instance() -> wgpu::Instance {
+        wgpu::Instance::new(wgpu::InstanceDescriptor::new_without_display_handle_from_env())
+    }
+
+    /// All adapters: discrete, integrated, virtual, unknown, software; within a kind as the drivers list them.
+    pub fn adapters(instance: &wgpu::Instance) -> Vec<wgpu::AdapterInfo> {
+        list(instance).iter().map(wgpu::Adapter::get_info).collect()
+    }
+
+    /// Opens a device. With a surface, only adapters that can present to it are considered.
+    ///
+    /// # Errors
+    /// [`TraceError::NoDevice`] if no adapter fits the choice or none of those opens.
+    pub fn open(
+        instance: wgpu::Instance,
+        choice: &AdapterChoice,
+        surface: Option<&wgpu::Surface>,
+    ) -> Result<Self, TraceError> {
+        let adapters = list(&instance);
+        let infos: Vec<_> = adapters.iter().map(wgpu::Adapter::get_info).collect();
+        let mut reasons = Vec::new();
+        for index in choose(&infos, choice)? {
+            let adapter = &adapters[index];
+            if surface.is_some_and(|surface| !adapter.is_surface_supported(surface)) {
+                reasons.push(format!(
+                    "{} cannot present to the window",
+                    describe(&infos[index])
+                ));
+                continue;
+            }
+            match open_device(adapter) {
+                Ok((device, queue)) => {
+                    let faults = Faults::default();
+                    listen(&device, &faults);
+                    return Ok(Self {
+                        instance,
+                        adapter: adapter.clone(),
+                        device,
+                        queue,
+                        info: infos[index].clone(),
+                        faults,
+                    });
+                }
+                Err(why) => reasons.push(format!("{}: {why}", describe(&infos[index]))),
+            }
+        }
+        Err(TraceError::NoDevice(format!(
+            "no GPU could be opened: {}; `--backend cpu` needs none",
+            reasons.join("; ")
+        )))
+    }
+
+    /// Whether the "GPU" is a program on the CPU (Mesa's lavapipe, Microsoft's WARP).
+    pub fn is_software(&self) -> bool {
+        is_software(&self.info)
+    }
+
+    /// Name, API and driver, as in "NVIDIA H200, Vulkan, driver 580.159".
+    pub fn describe(&self) -> String {
+        describe(&self.info)
+    }
+
+    /// What went wrong on the device since the last call.
+    ///
+    /// # Errors
+    /// [`TraceError::Device`] with the driver's or wgpu's words.
+    pub fn check(&self) -> Result<(), TraceError> {
+        match self.faults.take() {
+            Some(what) => Err(TraceError::Device(format!(
+                "the GPU failed ({}): {what}",
+                self.describe()
+            ))),
+            None => Ok(()),
+        }
+    }
+}
+
+fn list(instance: &wgpu::Instance) -> Vec<wgpu::Adapter> {
+    let mut adapters = pollster::block_on(instance.enumerate_adapters(wgpu::Backends::all()));
+    adapters.sort_by_key(|adapter| rank(&adapter.get_info()));
+    adapters
+}
+
+fn rank(info: &wgpu::AdapterInfo) -> u32 {
+    match info.device_type {
+        wgpu::DeviceType::DiscreteGpu => 0,
+        wgpu::DeviceType::IntegratedGpu => 1,
+        wgpu::DeviceType::VirtualGpu => 2,
+        wgpu::DeviceType::Other => 3,
+        wgpu::DeviceType::Cpu => 4,
+    }
+}
+
+fn is_software(info: &wgpu::AdapterInfo) -> bool {
+    info.device_type == wgpu::DeviceType::Cpu
+}
+
+fn describe(info: &wgpu::AdapterInfo) -> String {
+    let driver = if info.driver_info.is_empty() {
+        &info.driver
+    } else {
+        &info.driver_info
+    };
+    format!("{}, {:?}, driver {driver}", info.name, info.backend)
+}
+
+/// Indices of the adapters that fit a choice, best first.
+fn choose(infos: &[wgpu::AdapterInfo], choice: &AdapterChoice) -> Result<Vec<usize>, TraceError> {
+    let fits: Vec<usize> = match choice {
+        AdapterChoice::Any => (0..infos.len()).collect(),
+        AdapterChoice::Hardware => (0..infos.len())
+            .filter(|&i| !is_software(&infos[i]))
+            .collect(),
+        AdapterChoice::Named(name) => match name.parse::<usize>() {
+            Ok(number) => (0..infos.len()).filter(|&i| i == number).collect(),
+            Err(_) => {
+                let name = name.to_lowercase();
+                (0..infos.len())
+                    .filter(|&i| infos[i].name.to_lowercase().contains(&name))
+                    .collect()
+            }
+        },
+    };
+    if !fits.is_empty() {
+        return Ok(fits);
+    }
+    let seen = if infos.is_empty() {
+        "no adapter at all (is a Vulkan, Metal or DirectX 12 driver installed?)".to_owned()
+    } else {
+        let names: Vec<_> = infos
+            .iter()
+            .enumerate()
+            .map(|(i, info)| format!("{i}: {}", describe(info)))
+            .collect();
+        names.join("; ")
+    };
+    Err(TraceError::NoDevice(match choice {
+        AdapterChoice::Named(name) => format!("no GPU adapter is called \"{name}\"; found {seen}"),
+        AdapterChoice::Hardware => format!("no hardware GPU; found {seen}"),
+        AdapterChoice::Any => format!("no GPU; found {seen}"),
+    }))
+}
+
+/// The portable limits, with as much room for buffers and pictures as the adapter has.
+fn limits(adapter: &wgpu::Limits) -> wgpu::Limits {
+    let portable = wgpu::Limits {
+        max_buffer_size: adapter.max_buffer_size,
+        max_storage_buffer_binding_size: adapter.max_storage_buffer_binding_size,
+        max_texture_dimension_2d: adapter.max_texture_dimension_2d,
+        max_storage_buffers_per_shader_stage: STORAGE_BUFFERS,
+        ..wgpu::Limits::default()
+    };
+    portable.or_worse_values_from(adapter)
+}
+
+fn open_device(
+    adapter: &wgpu::Adapter,
+) -> Result<(wgpu::Device, wgpu::Queue), wgpu::RequestDeviceError> {
+    let timestamps = wgpu::Features::TIMESTAMP_QUERY
+        | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+        | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES;
+    pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+        label: Some("orrery"),
+        required_features: adapter.features() & timestamps,
+        required_limits: limits(&adapter.limits()),
+        ..wgpu::DeviceDescriptor::default()
+    }))
+}
+
+fn listen(device: &wgpu::Device, faults: &Faults) {
+    let uncaptured = faults.clone();
+    device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+        uncaptured.note(error.to_string());
+    }));
+    let lost = faults.clone();
+    device.set_device_lost_callback(move |reason, message| {
+        // A device that its owner drops is not a fault.
+        if reason != wgpu::DeviceLostReason::Destroyed {
+            lost.note(format!("the device was lost: {message}"));
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn info(name: &str, device_type: wgpu::DeviceType) -> wgpu::AdapterInfo {
+        wgpu::AdapterInfo {
+            name: name.to_owned(),
+            ..wgpu::AdapterInfo::new(device_type, wgpu::Backend::Vulkan)
+        }
+    }
+
+    fn two() -> [wgpu::AdapterInfo; 2] {
+        [
+            info("NVIDIA H200", wgpu::DeviceType::DiscreteGpu),
+            info("llvmpipe", wgpu::DeviceType::Cpu),
+        ]
+    }
+
+    #[test]
+    fn software_is_no_hardware() {
+        assert_eq!(choose(&two(), &AdapterChoice::Hardware), Ok(vec![0]));
+        assert_eq!(choose(&two(), &AdapterChoice::Any), Ok(vec![0, 1]));
+        let alone = choose(&two()[1..], &AdapterChoice::Hardware);
+        assert!(matches!(alone, Err(TraceError::NoDevice(why)) if why.contains("llvmpipe")));
+    }
+
+    #[test]
+    fn adapters_go_by_number_or_part_of_the_name() {
+        let named = |name: &str| choose(&two(), &AdapterChoice::Named(name.to_owned()));
+        assert_eq!(named("1"), Ok(vec![1]));
+        assert_eq!(named("h200"), Ok(vec![0]));
+        assert!(matches!(named("2"), Err(TraceError::NoDevice(_))));
+        assert!(
+            matches!(named("radeon"), Err(TraceError::NoDevice(why)) if why.contains("radeon"))
+        );
+    }
+}
