@@ -10,11 +10,13 @@
 //! | [`geom`], [`bvh`] | pure maths; trees |
 //! | [`frame`] | the frame as plain data |
 //! | [`trace`] | three tracers behind one trait |
+//! | [`profile`] | what a frame cost |
 
 pub mod app;
 pub mod bvh;
 pub mod frame;
 pub mod geom;
+pub mod profile;
 pub mod schedule;
 pub mod time;
 pub mod trace;

@@ -28,14 +28,13 @@ type Dirty<T> = Or<(
 ///
 /// A value that comes out equal is not written, so it does not count as changed further on.
 pub fn propagate<T: Inherited>(
-    dirty: Query<Entity, (With<T::Local>, Dirty<T>)>,
+    mut access: ParamSet<(Query<Entity, (With<T::Local>, Dirty<T>)>, Query<&mut T>)>,
     mut orphans: RemovedComponents<ChildOf>,
     mut unsheared: RemovedComponents<T::Extra>,
     parents: Query<&ChildOf>,
     locals: Query<(&T::Local, Option<&T::Extra>, Option<&Children>)>,
-    mut globals: Query<&mut T>,
 ) {
-    let mut roots: Vec<Entity> = dirty.iter().collect();
+    let mut roots: Vec<Entity> = access.p0().iter().collect();
     roots.extend(orphans.read().filter(|&e| locals.contains(e)));
     roots.extend(unsheared.read().filter(|&e| locals.contains(e)));
     if roots.is_empty() {
@@ -52,6 +51,7 @@ pub fn propagate<T: Inherited>(
                 .any(|ancestor| roots.binary_search(&ancestor).is_ok())
         })
         .collect();
+    let mut globals = access.p1();
     let mut pending: Vec<(Entity, Option<T>)> = topmost
         .into_iter()
         .map(|e| {
