@@ -1,1 +1,4 @@
-//! x
+//! Orrery's test harness: ground truth, picture metrics, and what the suite in `tests/suite` shares.
+
+pub mod metrics;
+pub mod scene_json;
