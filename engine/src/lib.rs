@@ -11,12 +11,14 @@
 //! | [`frame`] | the frame as plain data |
 //! | [`trace`] | three tracers behind one trait |
 //! | [`profile`] | what a frame cost |
+//! | [`present`] | from linear light to a screen or a file |
 
 pub mod app;
 pub mod bvh;
 pub mod frame;
 pub mod geom;
 pub mod profile;
+pub mod present;
 pub mod schedule;
 pub mod time;
 pub mod trace;
