@@ -5,7 +5,7 @@
 //!
 //! | module | room of the house |
 //! |---|---|
-//! | [`app`], [`schedule`], [`time`] | the loop |
+//! | [`app`], [`schedule`], [`time`], [`input`] | the loop |
 //! | [`world`] | components, and what keeps them true (f64) |
 //! | [`geom`], [`bvh`] | pure maths; trees |
 //! | [`frame`] | the frame as plain data |
@@ -17,8 +17,9 @@ pub mod app;
 pub mod bvh;
 pub mod frame;
 pub mod geom;
-pub mod profile;
+pub mod input;
 pub mod present;
+pub mod profile;
 pub mod schedule;
 pub mod time;
 pub mod trace;

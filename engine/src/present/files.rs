@@ -181,7 +181,7 @@ mod tests {
             .read_info()
             .unwrap();
         assert_eq!(
-            reader.info().source_gamma.map(|g| g.into_scaled()),
+            reader.info().gama_chunk.map(|g| g.into_scaled()),
             Some(100_000)
         );
         let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
