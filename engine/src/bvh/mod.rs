@@ -1,4 +1,16 @@
-//! Trees.
+//! Bounding-volume hierarchies: one tree per mesh in its own space, one over the instances.
+//!
+//! The report (2008, "Bounding volume hierarchy") kept one binary tree of spheres per mesh and tested
+//! meshes one after the other. Here a tree is 4-wide with boxes ([`Node4`]); boxes come from `obvhs`
+//! (PLOC, Meister and Bittner 2018) and are collapsed and grown outward on the way, so that together
+//! with the slab rule of [`crate::geom::SlabRay`] no hit is ever culled.
 
+mod build;
 mod node;
+mod tree;
+
 pub use node::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, Node4};
+pub use tree::{Child, Tree};
+
+/// Nodes a traversal can hold over both levels of trees; each tree is built to need at most half.
+pub const TRAVERSAL_CAPACITY: u32 = 96;

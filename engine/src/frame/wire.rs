@@ -6,7 +6,8 @@
 
 use bytemuck::{Pod, Zeroable};
 
-pub use crate::bvh::Node4;
+pub use crate::bvh::{Node4, TRAVERSAL_CAPACITY};
+use crate::geom::AffineRows;
 
 /// No row, no hit.
 pub const NONE: u32 = u32::MAX;
@@ -45,8 +46,6 @@ pub const GENERATIONS_CAPACITY: u32 = 64;
 /// Surfaces of equal index a ray may cross within one generation; one more is counted in
 /// [`CounterRow::straight_overflows`].
 pub const STRAIGHT_CAPACITY: u32 = 256;
-/// Nodes a traversal can hold; trees are built to need no more (see [`crate::bvh`]).
-pub const TRAVERSAL_CAPACITY: u32 = 96;
 
 /// The uniform of a frame.
 #[repr(C)]
@@ -83,9 +82,9 @@ pub struct ViewRow {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct InstanceRow {
     /// Affine rows; spheres and planes in render space use row 0 alone.
-    pub local_from_world: [[f32; 4]; 3],
+    pub local_from_world: AffineRows,
     /// Affine rows.
-    pub world_from_local: [[f32; 4]; 3],
+    pub world_from_local: AffineRows,
     /// `KIND_*`.
     pub kind: u32,
     /// Row of materials.

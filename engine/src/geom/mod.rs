@@ -1,1 +1,21 @@
-//! Pure maths of rays against shapes, in f32 as the fast tracers do it.
+//! Pure maths of rays against shapes, in f32, as the fast tracers do it and as `shaders/shared` repeats it.
+//!
+//! Nothing here knows a scene. Every function is total: degenerate input is a miss, never NaN.
+
+mod aabb;
+mod affine;
+mod cuboid;
+mod offset;
+mod plane;
+mod ray;
+mod sphere;
+mod triangle;
+
+pub use aabb::Aabb;
+pub use affine::AffineRows;
+pub use cuboid::{cuboid_normal, intersect_cuboid};
+pub use offset::{affine_error, gamma, offset_origin};
+pub use plane::intersect_plane;
+pub use ray::{FAR_WIDENING, SlabRay, safe_reciprocal};
+pub use sphere::{SphereRoots, intersect_sphere};
+pub use triangle::{Shear, TriangleHit};

@@ -138,6 +138,23 @@ pub struct Counters {
     pub trees_updated: u64,
 }
 
+impl std::ops::Add for Counters {
+    type Output = Self;
+
+    fn add(self, other: Self) -> Self {
+        Self {
+            primary_rays: self.primary_rays + other.primary_rays,
+            reflected_rays: self.reflected_rays + other.reflected_rays,
+            refracted_rays: self.refracted_rays + other.refracted_rays,
+            shadow_rays: self.shadow_rays + other.shadow_rays,
+            media_overflows: self.media_overflows + other.media_overflows,
+            straight_overflows: self.straight_overflows + other.straight_overflows,
+            bytes_uploaded: self.bytes_uploaded + other.bytes_uploaded,
+            trees_updated: self.trees_updated + other.trees_updated,
+        }
+    }
+}
+
 impl Counters {
     /// Rays of every kind.
     pub fn rays(&self) -> u64 {
@@ -152,6 +169,33 @@ pub struct PassTime {
     pub name: &'static str,
     /// Milliseconds, by the device's timestamps on a GPU.
     pub millis: f64,
+}
+
+impl PassTime {
+    /// A pass on the host that ends now.
+    pub fn since(name: &'static str, start: std::time::Instant) -> Self {
+        Self {
+            name,
+            millis: start.elapsed().as_secs_f64() * 1e3,
+        }
+    }
+}
+
+/// The processor and the threads that trace on it, in words.
+pub(crate) fn host_description() -> String {
+    let model = std::fs::read_to_string("/proc/cpuinfo")
+        .ok()
+        .and_then(|text| {
+            let line = text.lines().find(|line| line.starts_with("model name"))?;
+            Some(line.split_once(':')?.1.trim().to_owned())
+        });
+    let model = model.unwrap_or_else(|| std::env::consts::ARCH.to_owned());
+    format!("{model}, {} threads", rayon::current_num_threads())
+}
+
+/// The error of asking for a picture before one was traced.
+pub(crate) fn no_picture_yet() -> TraceError {
+    TraceError::Device("no picture has been traced yet".into())
 }
 
 /// Why there is no picture.

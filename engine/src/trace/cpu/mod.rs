@@ -1,1 +1,170 @@
-//! The CPU tracer.
+//! The CPU tracer: f32, every core. What the report called emulation mode; the product where there is no GPU.
+//!
+//! It reads the same rows as the GPU's kernel ([`PackedScene`]) and follows it file by file.
+
+mod light;
+mod media;
+mod path;
+mod surface;
+mod traverse;
+
+use std::time::Instant;
+
+use glam::Vec3;
+use rayon::prelude::*;
+
+use self::path::{Scratch, Travel, radiance};
+use self::traverse::{Key, Probe, Sees, Stack, Start, trace};
+use super::{
+    Backend, Counters, Hit, PackedScene, PassTime, Picture, Query, Ray, TraceError, Tracer,
+};
+use crate::frame::wire::{PROJECTION_PERSPECTIVE, ViewRow};
+use crate::frame::{FrameScene, TraceSettings};
+
+/// Rows of pixels a task takes: small enough to share out, large enough to be worth a task.
+const ROWS_PER_TASK: usize = 4;
+/// Rays a task takes.
+const RAYS_PER_TASK: usize = 1024;
+
+/// See the module.
+#[derive(Default)]
+pub struct CpuTracer {
+    packed: PackedScene,
+    picture: Option<Picture>,
+    counters: Counters,
+    passes: Vec<PassTime>,
+}
+
+impl CpuTracer {
+    /// A tracer on rayon's global pool.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The rows it traces, for benchmarks that hand the same work to others.
+    pub fn packed(&self) -> &PackedScene {
+        &self.packed
+    }
+}
+
+impl Tracer for CpuTracer {
+    fn backend(&self) -> Backend {
+        Backend::Cpu
+    }
+
+    fn device(&self) -> String {
+        super::host_description()
+    }
+
+    fn refit(&mut self, scene: &FrameScene) -> Result<(), TraceError> {
+        let start = Instant::now();
+        self.packed.refit(scene);
+        self.passes = vec![PassTime::since("mesh trees", start)];
+        Ok(())
+    }
+
+    fn upload(&mut self, scene: &FrameScene, settings: &TraceSettings) -> Result<(), TraceError> {
+        let start = Instant::now();
+        self.packed.pack(scene, settings);
+        self.passes
+            .push(PassTime::since("rows and instance tree", start));
+        Ok(())
+    }
+
+    fn render(&mut self) -> Result<(), TraceError> {
+        let start = Instant::now();
+        let view = self.packed.view;
+        let size = glam::UVec2::new(view.width, view.height);
+        let picture = self.picture.get_or_insert_default();
+        if picture.size != size {
+            *picture = Picture::new(size);
+        }
+        let packed = &self.packed;
+        let width = size.x as usize;
+        self.counters = picture
+            .pixels
+            .par_chunks_mut((width * ROWS_PER_TASK).max(1))
+            .enumerate()
+            .map_init(Scratch::default, |scratch, (task, pixels)| {
+                scratch.counters = Counters::default();
+                for (i, pixel) in pixels.iter_mut().enumerate() {
+                    let y = task * ROWS_PER_TASK + i / width;
+                    *pixel = pixel_color(packed, (i % width) as u32, y as u32, scratch);
+                }
+                scratch.counters
+            })
+            .reduce(Counters::default, |a, b| a + b);
+        self.counters.trees_updated = packed.trees_updated;
+        self.passes.push(PassTime::since("whitted", start));
+        Ok(())
+    }
+
+    fn picture(&mut self) -> Result<Picture, TraceError> {
+        self.picture.clone().ok_or_else(super::no_picture_yet)
+    }
+
+    fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError> {
+        let packed = &self.packed;
+        Ok(rays
+            .par_iter()
+            .with_min_len(RAYS_PER_TASK)
+            .map_init(Stack::default, |stack, ray| {
+                answer(packed, ray, query, stack)
+            })
+            .collect())
+    }
+
+    fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    fn pass_times(&self) -> Vec<PassTime> {
+        self.passes.clone()
+    }
+}
+
+/// The mean over a pixel's grid of samples.
+fn pixel_color(scene: &PackedScene, x: u32, y: u32, scratch: &mut Scratch) -> Vec3 {
+    let n = scene.view.samples_per_axis;
+    let mut sum = Vec3::ZERO;
+    for sample in 0..n * n {
+        let offset = |k: u32| (k as f32 + 0.5) / n as f32;
+        let px = x as f32 + offset(sample % n);
+        let py = y as f32 + offset(sample / n);
+        sum += radiance(scene, camera_ray(&scene.view, px, py), scratch);
+    }
+    sum / (n * n) as f32
+}
+
+/// The ray through a point of the picture, in pixels from its top left corner.
+fn camera_ray(view: &ViewRow, px: f32, py: f32) -> Travel {
+    let sx = px / view.width as f32 - 0.5;
+    let sy = 0.5 - py / view.height as f32;
+    let forward = Vec3::from(view.forward);
+    let aside = Vec3::from(view.right) * sx + Vec3::from(view.up) * sy;
+    if view.projection == PROJECTION_PERSPECTIVE {
+        Travel::from_camera(Vec3::ZERO, (forward + aside).normalize())
+    } else {
+        Travel::from_camera(aside, forward)
+    }
+}
+
+fn answer(scene: &PackedScene, ray: &Ray, query: Query, stack: &mut Stack) -> Hit {
+    let probe = Probe {
+        origin: ray.origin,
+        dir: ray.dir,
+        after: Key::after(ray.t_min),
+        before: Key::before(ray.t_max),
+        start: Start::FREE,
+        sees: Sees::All,
+    };
+    match query {
+        Query::Any => Hit::any(trace::<true>(scene, &probe, stack).is_some()),
+        Query::Closest => trace::<false>(scene, &probe, stack).map_or(Hit::MISS, |found| Hit {
+            t: f64::from(found.key.t),
+            instance: found.key.id,
+            prim: found.key.prim,
+            uv: found.uv.map(f64::from),
+        }),
+    }
+}

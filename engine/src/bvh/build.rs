@@ -1,0 +1,231 @@
+//! Boxes to tree: a binary tree by `obvhs` (or by medians), collapsed to four children a node.
+
+use glam::Vec3A;
+use obvhs::bvh2::Bvh2;
+use obvhs::bvh2::leaf_collapser::collapse;
+use obvhs::bvh2::reinsertion::ReinsertionOptimizer;
+use obvhs::ploc::{PlocBuilder, PlocSearchDistance, SortPrecision};
+
+use super::{Child, Node4, TRAVERSAL_CAPACITY, Tree};
+use crate::geom::Aabb;
+
+/// Nodes that one tree may ask of a traversal's stack: half of it, for there are two levels of trees.
+const STACK_SHARE: u32 = TRAVERSAL_CAPACITY / 2;
+
+/// A node of the binary tree on its way to four children.
+struct Binary {
+    bounds: Aabb,
+    /// Leaves: first of the primitives. Inner nodes: first of two neighbouring children.
+    first: u32,
+    /// 0: inner.
+    count: u32,
+}
+
+impl Tree {
+    /// A tree of good quality for what is built once and traced often; boxes must be finite.
+    pub fn build(boxes: &[Aabb]) -> Self {
+        Self::with_leaves(boxes, 4, 0.02)
+    }
+
+    /// A tree built quickly, one primitive a leaf: for the instances of a frame.
+    pub fn build_fast(boxes: &[Aabb]) -> Self {
+        Self::with_leaves(boxes, 1, 0.0)
+    }
+
+    fn with_leaves(boxes: &[Aabb], max_leaf: u32, reinsertion: f32) -> Self {
+        if boxes.is_empty() {
+            return Self::default();
+        }
+        let (binary, prims) = ploc(boxes, max_leaf, reinsertion);
+        let tree = widen(&binary, prims);
+        if tree.stack_need() <= STACK_SHARE {
+            return tree;
+        }
+        // Pathological input (nested boxes, say) can make PLOC's tree a list. Medians cannot:
+        // 2^28 primitives need 14 levels of 4, 43 entries.
+        let (binary, prims) = medians(boxes, max_leaf);
+        widen(&binary, prims)
+    }
+}
+
+/// Parallel locally-ordered clustering, with some reinsertion and leaves collapsed by cost.
+fn ploc(boxes: &[Aabb], max_leaf: u32, reinsertion: f32) -> (Vec<Binary>, Vec<u32>) {
+    let bounds: Vec<obvhs::aabb::Aabb> = boxes
+        .iter()
+        .map(|b| obvhs::aabb::Aabb::new(Vec3A::from(b.min), Vec3A::from(b.max)))
+        .collect();
+    let indices = (0..boxes.len() as u32).collect();
+    let mut tree: Bvh2 = PlocBuilder::with_capacity(boxes.len()).build(
+        PlocSearchDistance::Low,
+        &bounds,
+        indices,
+        SortPrecision::U64,
+        0,
+    );
+    if reinsertion > 0.0 {
+        ReinsertionOptimizer::default().run(&mut tree, reinsertion, None);
+    }
+    if max_leaf > 1 {
+        collapse(&mut tree, max_leaf, 1.0);
+    }
+    let nodes = tree.nodes.iter().map(|n| Binary {
+        bounds: Aabb {
+            min: n.aabb.min.into(),
+            max: n.aabb.max.into(),
+        },
+        first: n.first_index,
+        count: n.prim_count,
+    });
+    (nodes.collect(), tree.primitive_indices)
+}
+
+/// Splits at the median of the widest axis: balanced whatever the input.
+fn medians(boxes: &[Aabb], max_leaf: u32) -> (Vec<Binary>, Vec<u32>) {
+    let mut prims: Vec<u32> = (0..boxes.len() as u32).collect();
+    let whole = |prims: &[u32]| {
+        prims
+            .iter()
+            .fold(Aabb::EMPTY, |b, &p| b.union(boxes[p as usize]))
+    };
+    let mut nodes = vec![Binary {
+        bounds: whole(&prims),
+        first: 0,
+        count: boxes.len() as u32,
+    }];
+    let mut next = 0;
+    while next < nodes.len() {
+        let Binary { first, count, .. } = nodes[next];
+        if count > max_leaf {
+            let size = nodes[next].bounds.max - nodes[next].bounds.min;
+            let axis = size.max_position();
+            let range = &mut prims[first as usize..(first + count) as usize];
+            let middle = count / 2;
+            range.select_nth_unstable_by(middle as usize, |&a, &b| {
+                let center = |p: u32| boxes[p as usize].min[axis] + boxes[p as usize].max[axis];
+                center(a).total_cmp(&center(b)).then(a.cmp(&b))
+            });
+            let (left, right) = range.split_at(middle as usize);
+            let (left, right) = (whole(left), whole(right));
+            let children = nodes.len() as u32;
+            nodes.push(Binary {
+                bounds: left,
+                first,
+                count: middle,
+            });
+            nodes.push(Binary {
+                bounds: right,
+                first: first + middle,
+                count: count - middle,
+            });
+            nodes[next].first = children;
+            nodes[next].count = 0;
+        }
+        next += 1;
+    }
+    (nodes, prims)
+}
+
+/// Collapses a binary tree: each node takes in grandchildren, largest area first, until it has four.
+fn widen(binary: &[Binary], prims: Vec<u32>) -> Tree {
+    let mut tree = Tree {
+        nodes: vec![Node4::EMPTY],
+        prims: Vec::with_capacity(prims.len()),
+    };
+    let mut pending = vec![(0_u32, 0_u32)];
+    while let Some((from, to)) = pending.pop() {
+        let mut group = [from; 4];
+        let mut size = 1;
+        while size < 4 {
+            let inner = (0..size).filter(|&i| binary[group[i] as usize].count == 0);
+            let area = |i: &usize| binary[group[*i] as usize].bounds.half_area();
+            let Some(open) = inner.max_by(|a, b| area(a).total_cmp(&area(b))) else {
+                break;
+            };
+            let children = binary[group[open] as usize].first;
+            group[open] = children;
+            group[size] = children + 1;
+            size += 1;
+        }
+        for (slot, &index) in group[..size].iter().enumerate() {
+            let node = &binary[index as usize];
+            let child = if node.count == 0 {
+                let child = tree.nodes.len() as u32;
+                tree.nodes.push(Node4::EMPTY);
+                pending.push((index, child));
+                Child::Node(child)
+            } else {
+                let first = tree.prims.len() as u32;
+                let range = node.first as usize..(node.first + node.count) as usize;
+                tree.prims.extend_from_slice(&prims[range]);
+                Child::Leaf {
+                    first,
+                    count: node.count,
+                }
+            };
+            tree.nodes[to as usize].set_child(slot, &node.bounds.grown(), child);
+        }
+    }
+    tree
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::Vec3;
+
+    use super::*;
+
+    fn random_boxes(count: usize, spread: f32, seed: u32) -> Vec<Aabb> {
+        let mut state = seed;
+        let mut random = || {
+            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+            (state >> 8) as f32 / 16_777_216.0
+        };
+        (0..count)
+            .map(|_| {
+                let min = Vec3::new(random(), random(), random()) * spread;
+                let size = Vec3::new(random(), random(), random());
+                Aabb {
+                    min,
+                    max: min + size,
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn every_tree_holds_its_invariants() {
+        for count in [0, 1, 2, 3, 4, 5, 7, 8, 9, 64, 1000, 20_000] {
+            for spread in [0.0, 1.0, 1e6] {
+                let boxes = random_boxes(count, spread, count as u32 + 1);
+                for tree in [Tree::build(&boxes), Tree::build_fast(&boxes)] {
+                    tree.validate(&boxes).unwrap();
+                    assert!(tree.stack_need() <= STACK_SHARE, "{}", tree.stack_need());
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn boxes_nested_like_onions_do_not_overflow_the_stack() {
+        let boxes: Vec<Aabb> = (0..3000)
+            .map(|i| {
+                let half = Vec3::splat(1.004_f32.powi(i));
+                Aabb {
+                    min: -half,
+                    max: half,
+                }
+            })
+            .collect();
+        let tree = Tree::build_fast(&boxes);
+        tree.validate(&boxes).unwrap();
+        assert!(tree.stack_need() <= STACK_SHARE, "{}", tree.stack_need());
+        let (binary, prims) = medians(&boxes, 1);
+        widen(&binary, prims).validate(&boxes).unwrap();
+    }
+
+    #[test]
+    fn equal_boxes_make_a_tree() {
+        let boxes = vec![random_boxes(1, 1.0, 5)[0]; 500];
+        Tree::build(&boxes).validate(&boxes).unwrap();
+    }
+}

@@ -1,0 +1,36 @@
+//! A ray prepared for box tests.
+
+use glam::Vec3;
+
+/// 1/x with |x| clamped from below at 1e-30, sign kept: finite for every finite x, so that no product in
+/// a slab test is 0 * infinity (the role of Embree's `rcp_safe`; the bound is measured, ACCURACY A.4).
+pub fn safe_reciprocal(x: f32) -> f32 {
+    const LEAST: f32 = 1e-30;
+    if x.abs() < LEAST {
+        LEAST.copysign(x).recip()
+    } else {
+        x.recip()
+    }
+}
+
+/// Four ulps of 1: what the far side of a slab is widened by (Ize 2013).
+pub const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
+
+/// Origin and reciprocal direction.
+#[derive(Clone, Copy, Debug)]
+pub struct SlabRay {
+    /// Start.
+    pub origin: Vec3,
+    /// [`safe_reciprocal`] of each component of the direction.
+    pub inverse: Vec3,
+}
+
+impl SlabRay {
+    /// From a ray.
+    pub fn new(origin: Vec3, dir: Vec3) -> Self {
+        Self {
+            origin,
+            inverse: Vec3::from(dir.to_array().map(safe_reciprocal)),
+        }
+    }
+}

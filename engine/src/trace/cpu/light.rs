@@ -1,0 +1,172 @@
+//! Light that reaches a surface from the lamps: POV-Ray's model (ACCURACY B.4), with shadows that
+//! transparent surfaces tint.
+//!
+//! Twin of `shaders/shared/light.wgsl`.
+
+use glam::Vec3;
+
+use super::surface::Surface;
+use super::traverse::{Key, Probe, Sees, Stack, trace};
+use crate::frame::wire::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow};
+use crate::trace::{Counters, PackedScene};
+
+/// Below this cosine a light does not count (the model's own bound).
+const LEAST_COSINE: f32 = 1e-10;
+
+/// Emission, and what every light adds, seen along `dir`.
+pub fn local_light(
+    scene: &PackedScene,
+    surface: &Surface,
+    dir: Vec3,
+    stack: &mut Stack,
+    counters: &mut Counters,
+) -> Vec3 {
+    let material = surface.material;
+    let color = Vec3::from(material.color);
+    let opaque = 1.0 - material.filter - material.transmit;
+    let mut sum = color * (material.emission * opaque);
+    let lit = material.diffuse * opaque != 0.0
+        || material.phong_strength != 0.0
+        || material.specular_strength != 0.0;
+    if !lit {
+        return sum;
+    }
+    for light in &scene.lights {
+        let beam = Beam::new(light, surface.position);
+        let cosine = surface.n_shade.dot(beam.dir);
+        if cosine < LEAST_COSINE || surface.n_geom.dot(beam.dir) < LEAST_COSINE {
+            continue;
+        }
+        let strength = beam.strength(light);
+        if strength == Vec3::ZERO {
+            continue;
+        }
+        let answer =
+            color * (material.diffuse * opaque * cosine) + highlights(surface, dir, beam.dir);
+        if answer != Vec3::ZERO {
+            let passed = shadow(scene, surface, light, beam.dir, stack, counters);
+            sum += passed * strength * answer;
+        }
+    }
+    sum
+}
+
+/// The line from a surface to a light.
+struct Beam {
+    /// Unit.
+    dir: Vec3,
+    distance: f32,
+}
+
+impl Beam {
+    fn new(light: &LightRow, from: Vec3) -> Self {
+        let position = Vec3::from(light.position);
+        if light.kind == LIGHT_DIRECTIONAL {
+            return Self {
+                dir: position,
+                distance: f32::MAX,
+            };
+        }
+        let line = position - from;
+        let distance = line.length();
+        Self {
+            dir: line / distance.max(f32::MIN_POSITIVE),
+            distance,
+        }
+    }
+
+    /// The light's colour after fading and its cone.
+    fn strength(&self, light: &LightRow) -> Vec3 {
+        let mut factor = 1.0;
+        if light.fade_distance > 0.0 {
+            factor = 2.0 / (1.0 + power(self.distance / light.fade_distance, light.fade_power));
+        }
+        if light.kind == LIGHT_SPOT {
+            let cosine = -self.dir.dot(Vec3::from(light.axis));
+            let x = (cosine - light.cos_outer) / (light.cos_inner - light.cos_outer);
+            let x = x.clamp(0.0, 1.0);
+            factor *= x * x * (3.0 - 2.0 * x);
+        }
+        Vec3::from(light.color) * factor
+    }
+}
+
+/// Phong about the mirrored eye ray, Blinn-Phong about the half vector; neither is tinted.
+fn highlights(surface: &Surface, dir: Vec3, to_light: Vec3) -> Vec3 {
+    let material = surface.material;
+    let n = surface.n_shade;
+    let mut sum = 0.0;
+    if material.phong_strength != 0.0 {
+        let mirrored = dir - n * (2.0 * dir.dot(n));
+        let cosine = mirrored.dot(to_light).max(0.0);
+        sum += material.phong_strength * power(cosine, material.phong_exponent);
+    }
+    if material.specular_strength != 0.0 {
+        let half = (to_light - dir).normalize_or(n);
+        let cosine = n.dot(half).max(0.0);
+        sum += material.specular_strength * power(cosine, material.specular_exponent);
+    }
+    Vec3::splat(sum)
+}
+
+/// How much of a light passes: nothing behind an opaque surface, else the product over the transparent
+/// ones in order of (t, id), so that no rounding depends on a tree.
+fn shadow(
+    scene: &PackedScene,
+    surface: &Surface,
+    light: &LightRow,
+    to_light: Vec3,
+    stack: &mut Stack,
+    counters: &mut Counters,
+) -> Vec3 {
+    counters.shadow_rays += 1;
+    let origin = surface.origin_towards(to_light);
+    let beam = Beam::new(light, origin);
+    let mut probe = Probe {
+        origin,
+        dir: beam.dir,
+        after: Key::after(0.0),
+        before: Key::before(beam.distance),
+        start: surface.start,
+        sees: Sees::Opaque,
+    };
+    if trace::<true>(scene, &probe, stack).is_some() {
+        return Vec3::ZERO;
+    }
+    let mut passed = Vec3::ONE;
+    if !scene.transparent {
+        return passed;
+    }
+    probe.sees = Sees::Transparent;
+    while let Some(found) = trace::<false>(scene, &probe, stack) {
+        let row = &scene.instances[found.row as usize];
+        let material = &scene.materials[row.material as usize];
+        passed *= Vec3::from(material.color) * material.filter + material.transmit;
+        if passed == Vec3::ZERO {
+            break;
+        }
+        probe.after = found.key;
+    }
+    passed
+}
+
+/// `base^exponent`, base >= 0: whole exponents by repeated multiplication (the same bits here and in
+/// WGSL, where `pow` may be 6e-5 off), others by exp2 and log2.
+fn power(base: f32, exponent: f32) -> f32 {
+    if exponent.fract() != 0.0 || !(0.0..=65536.0).contains(&exponent) {
+        return if base > 0.0 {
+            (base.log2() * exponent).exp2()
+        } else {
+            0.0
+        };
+    }
+    let (mut result, mut square, mut bits) = (1.0, base, exponent as u32);
+    while bits > 0 {
+        if bits & 1 == 1 {
+            result *= square;
+        }
+        square *= square;
+        bits >>= 1;
+    }
+    result
+}

@@ -1,0 +1,236 @@
+//! One camera ray and all that follows from it: Whitted's recursion as a loop with a stack.
+//!
+//! Twin of `shaders/shared/path.wgsl`. The steps are those of [`crate::trace`].
+
+use glam::Vec3;
+
+use super::light::local_light;
+use super::media::Media;
+use super::surface::{Surface, resolve};
+use super::traverse::{Key, Probe, Sees, Stack, Start, trace};
+use crate::frame::wire::{
+    MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, STRAIGHT_CAPACITY,
+};
+use crate::trace::{Counters, PackedScene};
+
+/// Two indices closer than this, relatively, are one: the ray goes straight on.
+const SAME_INDEX: f32 = 1e-6;
+
+/// A ray on its way, and what it will add to the pixel.
+#[derive(Clone, Copy)]
+pub struct Travel {
+    origin: Vec3,
+    dir: Vec3,
+    weight: Vec3,
+    start: Start,
+    generation: u32,
+    straight: u32,
+    media: Media,
+}
+
+impl Travel {
+    /// A camera ray; `dir` is unit.
+    pub fn from_camera(origin: Vec3, dir: Vec3) -> Self {
+        Self {
+            origin,
+            dir,
+            weight: Vec3::ONE,
+            start: Start::FREE,
+            generation: 1,
+            straight: 0,
+            media: Media::default(),
+        }
+    }
+}
+
+/// What a worker keeps from ray to ray.
+#[derive(Default)]
+pub struct Scratch {
+    stack: Stack,
+    deferred: Vec<Travel>,
+    /// What its rays added up.
+    pub counters: Counters,
+}
+
+/// Linear RGB seen along a camera ray.
+pub fn radiance(scene: &PackedScene, camera_ray: Travel, scratch: &mut Scratch) -> Vec3 {
+    let mut sum = Vec3::ZERO;
+    scratch.counters.primary_rays += 1;
+    scratch.deferred.clear();
+    let mut next = Some(camera_ray);
+    while let Some(ray) = next.take().or_else(|| scratch.deferred.pop()) {
+        let probe = Probe {
+            origin: ray.origin,
+            dir: ray.dir,
+            after: Key::after(0.0),
+            before: Key::before(f32::MAX),
+            start: ray.start,
+            sees: Sees::All,
+        };
+        let Some(found) = trace::<false>(scene, &probe, &mut scratch.stack) else {
+            sum += ray.weight * Vec3::from(scene.view.background);
+            continue;
+        };
+        let surface = resolve(scene, &found, ray.origin, ray.dir);
+        let light = local_light(
+            scene,
+            &surface,
+            ray.dir,
+            &mut scratch.stack,
+            &mut scratch.counters,
+        );
+        sum += ray.weight * light;
+        let (followed, deferred) = scatter(scene, &ray, &surface, &mut scratch.counters);
+        next = followed;
+        scratch.deferred.extend(deferred);
+        // One entry a generation: a deferred ray's slot is its parent hit's generation.
+        debug_assert!(scratch.deferred.len() <= scene.view.max_generations as usize);
+    }
+    sum
+}
+
+/// The rays that leave a surface: the one to follow now, the one to take up after its subtree.
+fn scatter(
+    scene: &PackedScene,
+    ray: &Travel,
+    surface: &Surface,
+    counters: &mut Counters,
+) -> (Option<Travel>, Option<Travel>) {
+    let material = surface.material;
+    let any = MATERIAL_FRESNEL | MATERIAL_MIRROR | MATERIAL_TRANSMITS;
+    if material.flags & any == 0 {
+        return (None, None);
+    }
+    let crossing = ray.media.crossing(surface.start.id, material.ior);
+    let cosine = (-ray.dir.dot(surface.n_shade)).clamp(0.0, 1.0);
+    let mut reflected = Vec3::ZERO;
+    let mut passed = Vec3::ZERO;
+    if material.flags & MATERIAL_TRANSMITS != 0 {
+        passed = Vec3::from(material.color) * material.filter + material.transmit;
+    }
+    if material.flags & MATERIAL_FRESNEL != 0 {
+        let share = fresnel(crossing.eta, cosine);
+        reflected = Vec3::splat(share);
+        passed *= 1.0 - share;
+    } else if material.flags & MATERIAL_MIRROR != 0 {
+        reflected = Vec3::from(material.reflection);
+    }
+    let mut transmitted = None;
+    if passed.max_element() > 0.0 {
+        match refract(ray, surface, crossing.eta, cosine) {
+            Bent::Straight => transmitted = straight_on(ray, surface, passed, counters),
+            Bent::Refracted(dir) => {
+                if let Some(mut onward) = spawn(scene, ray, surface, dir, passed) {
+                    if !onward.media.cross(surface.start.id, material.ior) {
+                        counters.media_overflows += 1;
+                    }
+                    counters.refracted_rays += 1;
+                    transmitted = Some(onward);
+                }
+            }
+            Bent::TotallyReflected => reflected = Vec3::ONE,
+        }
+    }
+    let mut mirrored = None;
+    if reflected.max_element() > 0.0 {
+        mirrored = spawn(scene, ray, surface, mirror(ray.dir, surface), reflected);
+        counters.reflected_rays += u64::from(mirrored.is_some());
+    }
+    match (mirrored, transmitted) {
+        // The straight ray stays in this generation: it waits in this generation's slot.
+        (Some(mirrored), Some(onward)) if onward.generation == ray.generation => {
+            (Some(mirrored), Some(onward))
+        }
+        (mirrored, Some(onward)) => (Some(onward), mirrored),
+        (mirrored, None) => (mirrored, None),
+    }
+}
+
+/// A ray of the next generation; none past the last one (black).
+fn spawn(
+    scene: &PackedScene,
+    ray: &Travel,
+    surface: &Surface,
+    dir: Vec3,
+    factor: Vec3,
+) -> Option<Travel> {
+    let weight = ray.weight * factor;
+    (ray.generation < scene.view.max_generations && weight != Vec3::ZERO).then(|| Travel {
+        origin: surface.origin_towards(dir),
+        dir,
+        weight,
+        start: surface.start,
+        generation: ray.generation + 1,
+        straight: 0,
+        media: ray.media,
+    })
+}
+
+/// The same ray beyond a boundary of equal indices; none once it has crossed too many.
+fn straight_on(
+    ray: &Travel,
+    surface: &Surface,
+    factor: Vec3,
+    counters: &mut Counters,
+) -> Option<Travel> {
+    if ray.straight == STRAIGHT_CAPACITY {
+        counters.straight_overflows += 1;
+        return None;
+    }
+    let mut onward = Travel {
+        origin: surface.origin_towards(ray.dir),
+        weight: ray.weight * factor,
+        start: surface.start,
+        straight: ray.straight + 1,
+        ..*ray
+    };
+    if !onward.media.cross(surface.start.id, surface.material.ior) {
+        counters.media_overflows += 1;
+    }
+    counters.refracted_rays += 1;
+    Some(onward)
+}
+
+/// Unpolarised Fresnel reflectance for eta = n_from / n_to at the cosine of incidence; 1 in total
+/// internal reflection (ACCURACY B.5, after Cook and Torrance 1982).
+fn fresnel(eta: f32, cosine: f32) -> f32 {
+    let g_squared = 1.0 / (eta * eta) + cosine * cosine - 1.0;
+    if g_squared <= 0.0 {
+        return 1.0;
+    }
+    let g = g_squared.sqrt();
+    let (plus, minus) = (g + cosine, g - cosine);
+    let s = minus / plus;
+    let p = (cosine * plus - 1.0) / (cosine * minus + 1.0);
+    (0.5 * s * s * (1.0 + p * p)).clamp(0.0, 1.0)
+}
+
+enum Bent {
+    Straight,
+    Refracted(Vec3),
+    TotallyReflected,
+}
+
+/// Snell's law about the shading normal.
+fn refract(ray: &Travel, surface: &Surface, eta: f32, cosine: f32) -> Bent {
+    if (eta - 1.0).abs() < SAME_INDEX {
+        return Bent::Straight;
+    }
+    let k = 1.0 + eta * eta * (cosine * cosine - 1.0);
+    if k < 0.0 {
+        return Bent::TotallyReflected;
+    }
+    let dir = ray.dir * eta + surface.n_shade * (eta * cosine - k.sqrt());
+    Bent::Refracted(dir.normalize_or(ray.dir))
+}
+
+/// The mirrored direction about the shading normal, or about the face's where that would dip below it.
+fn mirror(dir: Vec3, surface: &Surface) -> Vec3 {
+    let about = |n: Vec3| (dir - n * (2.0 * dir.dot(n))).normalize_or(n);
+    let smooth = about(surface.n_shade);
+    if smooth.dot(surface.n_geom) > 0.0 {
+        smooth
+    } else {
+        about(surface.n_geom)
+    }
+}

@@ -1,0 +1,144 @@
+//! From a hit to the surface there: position with its error bound, normals, material.
+//!
+//! Positions are taken from the primitive, never from origin + t * direction (ACCURACY row 6).
+//! Twin of `shaders/shared/surface.wgsl`.
+
+use glam::Vec3;
+
+use super::traverse::{Found, Start};
+use crate::frame::wire::{
+    InstanceRow, KIND_CUBOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, MaterialRow, NONE,
+};
+use crate::geom::{affine_error, cuboid_normal, gamma, offset_origin};
+use crate::trace::PackedScene;
+
+/// A point on a primitive, seen along a ray.
+#[derive(Clone, Copy)]
+pub struct Surface<'a> {
+    /// Relative to the eye.
+    pub position: Vec3,
+    /// Bound on the position's rounding error, per axis.
+    pub error: Vec3,
+    /// Face normal, unit, towards the incoming side.
+    pub n_geom: Vec3,
+    /// Interpolated normal, unit, on the side of `n_geom`; equal to it on flat and analytic shapes.
+    pub n_shade: Vec3,
+    /// The material's row.
+    pub material: &'a MaterialRow,
+    /// What rays from here must not meet.
+    pub start: Start,
+}
+
+impl Surface<'_> {
+    /// Where a ray along `dir` starts.
+    pub fn origin_towards(&self, dir: Vec3) -> Vec3 {
+        offset_origin(self.position, self.n_geom, self.error, dir)
+    }
+}
+
+/// Position, its error, face normal and shading normal before they are turned to the viewer.
+type Point = (Vec3, Vec3, Vec3, Vec3);
+
+/// Resolves a hit of the ray from `origin` along `dir`.
+pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec3) -> Surface<'a> {
+    let row = &scene.instances[found.row as usize];
+    let t = found.key.t;
+    let (position, error, normal, shading) = match row.kind {
+        KIND_MESH => mesh_point(scene, row, found),
+        KIND_SPHERE => sphere_point(row, origin + dir * t),
+        KIND_PLANE => plane_point(row, origin + dir * t),
+        _ => {
+            let local = row.local_from_world.point(origin) + row.local_from_world.vector(dir) * t;
+            local_point(row, found.key.prim, local)
+        }
+    };
+    // A triangle too thin for a normal looks straight back.
+    let normal = normal.try_normalize().unwrap_or(-dir.normalize());
+    let n_geom = if normal.dot(dir) > 0.0 {
+        -normal
+    } else {
+        normal
+    };
+    let shading = shading.try_normalize().unwrap_or(n_geom);
+    let n_shade = if shading.dot(n_geom) < 0.0 {
+        -shading
+    } else {
+        shading
+    };
+    Surface {
+        position,
+        error,
+        n_geom,
+        n_shade,
+        material: &scene.materials[row.material as usize],
+        start: Start {
+            id: found.key.id,
+            prim: found.key.prim,
+        },
+    }
+}
+
+fn mesh_point(scene: &PackedScene, row: &InstanceRow, found: &Found) -> Point {
+    let triangle = &scene.triangles[found.triangle as usize];
+    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vec3::from);
+    let [u, v] = found.uv;
+    let w = 1.0 - u - v;
+    let local = a * w + b * u + c * v;
+    let local_error = (a.abs() * w.abs() + b.abs() * u + c.abs() * v) * gamma(7);
+    let position = row.world_from_local.point(local);
+    let error = affine_error(
+        local,
+        local_error,
+        position,
+        &row.world_from_local,
+        &row.local_from_world,
+    );
+    let normal = row.local_from_world.transposed_vector((b - a).cross(c - a));
+    let mut shading = normal;
+    if triangle.normals != NONE {
+        let at = |i: u32| Vec3::from(scene.normals[(triangle.normals + i) as usize].normal);
+        shading = row
+            .local_from_world
+            .transposed_vector(at(0) * w + at(1) * u + at(2) * v);
+    }
+    // A mirrored instance turns both normals alike, and a smooth one follows its face's side.
+    (position, error, normal, shading)
+}
+
+fn sphere_point(row: &InstanceRow, near: Vec3) -> Point {
+    let [x, y, z, radius] = row.local_from_world.0[0];
+    let center = Vec3::new(x, y, z);
+    let normal = (near - center).normalize_or(Vec3::Y);
+    let error = (center.abs() + normal.abs() * radius) * gamma(5);
+    (center + normal * radius, error, normal, normal)
+}
+
+fn plane_point(row: &InstanceRow, near: Vec3) -> Point {
+    let [x, y, z, distance] = row.local_from_world.0[0];
+    let normal = Vec3::new(x, y, z);
+    let position = near - normal * (normal.dot(near) - distance);
+    let error = (position.abs() + normal.abs() * distance.abs()) * gamma(5);
+    (position, error, normal, normal)
+}
+
+/// A point of the unit sphere or the unit box, moved onto it exactly.
+fn local_point(row: &InstanceRow, prim: u32, near: Vec3) -> Point {
+    let (local, normal) = if row.kind == KIND_CUBOID {
+        let normal = cuboid_normal(prim);
+        let on_face = Vec3::select(normal.cmpeq(Vec3::ZERO), near, normal);
+        (on_face.clamp(Vec3::NEG_ONE, Vec3::ONE), normal)
+    } else {
+        let unit = near.normalize_or(Vec3::Y);
+        (unit, unit)
+    };
+    let position = row.world_from_local.point(local);
+    let error = affine_error(
+        local,
+        local.abs() * gamma(5),
+        position,
+        &row.world_from_local,
+        &row.local_from_world,
+    );
+    let normal = row.local_from_world.transposed_vector(normal);
+    (position, error, normal, normal)
+}
