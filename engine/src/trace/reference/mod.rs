@@ -1,1 +1,154 @@
-//! The f64 tracer.
+//! The reference tracer: f64, recursive, plain. The oracle of the accuracy figures, never tuned for speed.
+//!
+//! It shares no kernel with the f32 tracers, only the frame's data and the model; Rust does not contract
+//! a*b+c, so every operation is IEEE double.
+
+mod shape;
+mod tree;
+mod whitted;
+mod world;
+
+use std::time::Instant;
+
+use glam::{DVec3, UVec2};
+use rayon::prelude::*;
+
+use self::whitted::Whitted;
+use self::world::{World, WorldRay};
+use super::{Backend, Counters, Hit, PassTime, Picture, Query, Ray, TraceError, Tracer};
+use crate::frame::{FrameScene, TraceSettings, ViewProjection};
+
+/// See the module.
+#[derive(Default)]
+pub struct ReferenceTracer {
+    world: World,
+    scene: FrameScene,
+    settings: TraceSettings,
+    picture: Option<Picture>,
+    counters: Counters,
+    passes: Vec<PassTime>,
+}
+
+impl ReferenceTracer {
+    /// A tracer on rayon's global pool.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// The ray through a point of the picture, in pixels from its top left corner.
+    fn camera_ray(&self, px: f64, py: f64) -> WorldRay {
+        let view = &self.scene.view;
+        let size = self.settings.size.as_dvec2();
+        let aside = view.right * (px / size.x - 0.5) + view.up * (0.5 - py / size.y);
+        let (origin, dir) = match view.projection {
+            ViewProjection::Perspective => (DVec3::ZERO, (view.forward + aside).normalize()),
+            ViewProjection::Orthographic => (aside, view.forward),
+        };
+        WorldRay {
+            origin,
+            dir,
+            start: None,
+        }
+    }
+
+    fn pixel(&self, x: u32, y: u32, whitted: &mut Whitted) -> DVec3 {
+        let n = self.settings.samples_per_axis.max(1);
+        let mut sum = DVec3::ZERO;
+        for sample in 0..n * n {
+            let offset = |k: u32| (f64::from(k) + 0.5) / f64::from(n);
+            let px = f64::from(x) + offset(sample % n);
+            let py = f64::from(y) + offset(sample / n);
+            whitted.counters.primary_rays += 1;
+            sum += whitted.radiance(&self.camera_ray(px, py), 1, &Vec::new());
+        }
+        sum / f64::from(n * n)
+    }
+}
+
+impl Tracer for ReferenceTracer {
+    fn backend(&self) -> Backend {
+        Backend::Reference
+    }
+
+    fn device(&self) -> String {
+        super::host_description()
+    }
+
+    fn refit(&mut self, scene: &FrameScene) -> Result<(), TraceError> {
+        let start = Instant::now();
+        self.counters = Counters {
+            trees_updated: self.world.refit(scene),
+            ..Default::default()
+        };
+        self.passes = vec![PassTime::since("mesh trees", start)];
+        Ok(())
+    }
+
+    fn upload(&mut self, scene: &FrameScene, settings: &TraceSettings) -> Result<(), TraceError> {
+        self.scene.clone_from(scene);
+        self.settings = *settings;
+        self.world.place(scene);
+        Ok(())
+    }
+
+    fn render(&mut self) -> Result<(), TraceError> {
+        let start = Instant::now();
+        let UVec2 {
+            x: width,
+            y: height,
+        } = self.settings.size;
+        let rows: Vec<(Vec<glam::Vec3>, Counters)> = (0..height)
+            .into_par_iter()
+            .map(|y| {
+                let mut whitted = Whitted {
+                    scene: &self.scene,
+                    world: &self.world,
+                    counters: Counters::default(),
+                };
+                let row = (0..width).map(|x| self.pixel(x, y, &mut whitted).as_vec3());
+                (row.collect(), whitted.counters)
+            })
+            .collect();
+        let trees_updated = self.counters.trees_updated;
+        self.counters = rows
+            .iter()
+            .fold(Counters::default(), |sum, row| sum + row.1);
+        self.counters.trees_updated = trees_updated;
+        self.picture = Some(Picture {
+            size: self.settings.size,
+            pixels: rows.into_iter().flat_map(|row| row.0).collect(),
+        });
+        self.passes.push(PassTime::since("whitted", start));
+        Ok(())
+    }
+
+    fn picture(&mut self) -> Result<Picture, TraceError> {
+        self.picture.clone().ok_or_else(super::no_picture_yet)
+    }
+
+    fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError> {
+        let answer = |ray: &Ray| {
+            let after = (f64::from(ray.t_min), u32::MAX, u32::MAX);
+            let before = (f64::from(ray.t_max), 0, 0);
+            let hit = self.world.nearest(&ray.into(), after, before, |_| true);
+            match query {
+                Query::Any => Hit::any(hit.is_some()),
+                Query::Closest => hit.map_or(Hit::MISS, |hit| Hit {
+                    t: hit.key.0,
+                    instance: hit.key.1,
+                    prim: hit.key.2,
+                    uv: hit.uv.to_array(),
+                }),
+            }
+        };
+        Ok(rays.par_iter().map(answer).collect())
+    }
+
+    fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    fn pass_times(&self) -> Vec<PassTime> {
+        self.passes.clone()
+    }
+}

@@ -1,0 +1,127 @@
+//! Shapes in f64, each with the plainest test that is right.
+//!
+//! A ray that starts on a primitive leaves it out by number; a sphere answers with its other root. No
+//! offsets, no epsilons: in f64 a point is within 1e-16 of its surface.
+
+use glam::{DVec2, DVec3};
+
+/// A hit in a shape's local space.
+#[derive(Clone, Copy, Debug)]
+pub struct LocalHit {
+    /// In lengths of the ray's direction.
+    pub t: f64,
+    /// Primitive.
+    pub prim: u32,
+    /// Barycentric weights of a triangle's second and third corner.
+    pub uv: DVec2,
+}
+
+/// A ray in a shape's local space; `start` is the primitive it leaves.
+#[derive(Clone, Copy)]
+pub struct LocalRay {
+    /// Start.
+    pub origin: DVec3,
+    /// Direction of any length.
+    pub dir: DVec3,
+    /// The primitive it starts on, if on this shape.
+    pub start: Option<u32>,
+}
+
+impl LocalHit {
+    fn on(prim: u32, t: f64) -> Self {
+        Self {
+            t,
+            prim,
+            uv: DVec2::ZERO,
+        }
+    }
+}
+
+/// Both roots of the sphere of `radius` about the origin, nearest first.
+pub fn sphere(ray: &LocalRay, radius: f64) -> Vec<LocalHit> {
+    let a = ray.dir.length_squared();
+    let b = -ray.origin.dot(ray.dir);
+    if ray.start.is_some() {
+        return vec![LocalHit::on(0, 2.0 * b / a)];
+    }
+    let remainder = ray.origin + ray.dir * (b / a);
+    let discriminant = radius * radius - remainder.length_squared();
+    if discriminant < 0.0 {
+        return Vec::new();
+    }
+    let q = b + (discriminant * a).sqrt().copysign(b);
+    if q == 0.0 {
+        return Vec::new();
+    }
+    let distance = ray.origin.length();
+    let c = (distance - radius) * (distance + radius);
+    let (first, second) = (c / q, q / a);
+    vec![
+        LocalHit::on(0, first.min(second)),
+        LocalHit::on(0, first.max(second)),
+    ]
+}
+
+/// The plane n.p = `distance`.
+pub fn plane(ray: &LocalRay, normal: DVec3, distance: f64) -> Vec<LocalHit> {
+    let along = normal.dot(ray.dir);
+    if ray.start.is_some() || along == 0.0 {
+        return Vec::new();
+    }
+    vec![LocalHit::on(0, (distance - normal.dot(ray.origin)) / along)]
+}
+
+/// The six faces of a box, one by one.
+pub fn cuboid(ray: &LocalRay, min: DVec3, max: DVec3) -> Vec<LocalHit> {
+    let mut hits = Vec::new();
+    for face in 0..6_u32 {
+        let axis = face as usize / 2;
+        let side = if face % 2 == 1 { max } else { min };
+        if ray.start == Some(face) || ray.dir[axis] == 0.0 {
+            continue;
+        }
+        let t = (side[axis] - ray.origin[axis]) / ray.dir[axis];
+        let p = ray.origin + ray.dir * t;
+        let inside = (0..3).all(|i| i == axis || (p[i] >= min[i] && p[i] <= max[i]));
+        if inside {
+            hits.push(LocalHit::on(face, t));
+        }
+    }
+    hits
+}
+
+/// Outward normal of a box's face.
+pub fn cuboid_normal(face: u32) -> DVec3 {
+    DVec3::AXES[face as usize / 2] * if face % 2 == 1 { 1.0 } else { -1.0 }
+}
+
+/// A triangle, by the watertight test of Woop, Benthin and Wald (2013) in f64.
+pub fn triangle(ray: &LocalRay, corners: [DVec3; 3], prim: u32) -> Option<LocalHit> {
+    if ray.start == Some(prim) {
+        return None;
+    }
+    let kz = ray.dir.abs().max_position();
+    let (kx, ky) = ((kz + 1) % 3, (kz + 2) % 3);
+    let [a, b, c] = corners.map(|corner| {
+        let p = corner - ray.origin;
+        let depth = p[kz] / ray.dir[kz];
+        DVec3::new(
+            p[kx] - ray.dir[kx] * depth,
+            p[ky] - ray.dir[ky] * depth,
+            depth,
+        )
+    });
+    let edge = |p: DVec3, q: DVec3| q.x * p.y - q.y * p.x;
+    let weights = DVec3::new(edge(b, c), edge(c, a), edge(a, b));
+    let det = weights.element_sum();
+    let mixed = weights.min_element() < 0.0 && weights.max_element() > 0.0;
+    if mixed || det == 0.0 {
+        return None;
+    }
+    let weights = weights / det;
+    Some(LocalHit {
+        t: weights.dot(DVec3::new(a.z, b.z, c.z)),
+        prim,
+        uv: DVec2::new(weights.y, weights.z),
+    })
+}

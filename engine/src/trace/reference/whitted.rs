@@ -1,0 +1,247 @@
+//! Whitted's recursion, as one would write it on a blackboard, in f64 (ACCURACY B.4 to B.6).
+
+use glam::DVec3;
+
+use super::world::{Key, World, WorldRay};
+use crate::frame::wire::{GENERATIONS_CAPACITY, STRAIGHT_CAPACITY};
+use crate::frame::{FrameScene, Light, LightKind};
+use crate::trace::Counters;
+use crate::world::{Material, Reflection};
+
+/// A scene, its world of shapes, and what tracing it adds up.
+pub struct Whitted<'a> {
+    /// The frame.
+    pub scene: &'a FrameScene,
+    /// Shapes relative to the eye.
+    pub world: &'a World,
+    /// Rays so far.
+    pub counters: Counters,
+}
+
+/// A point where a ray met a surface.
+struct Surface {
+    point: DVec3,
+    n_geom: DVec3,
+    n_shade: DVec3,
+    material: Material,
+    start: (u32, u32),
+}
+
+/// The media a ray is inside of: instance and index, in order of entry.
+type Media = Vec<(u32, f64)>;
+
+impl Whitted<'_> {
+    /// Linear RGB along a ray of a generation (the camera's is 1) that is inside `media`.
+    pub fn radiance(&mut self, ray: &WorldRay, generation: u32, media: &Media) -> DVec3 {
+        let last = self.scene.max_generations.min(GENERATIONS_CAPACITY);
+        if generation > last {
+            return DVec3::ZERO;
+        }
+        self.along(ray, generation, media, 0)
+    }
+
+    fn along(&mut self, ray: &WorldRay, generation: u32, media: &Media, straight: u32) -> DVec3 {
+        let Some(surface) = self.meet(ray) else {
+            return self.scene.background.as_dvec3();
+        };
+        let material = &surface.material;
+        let mut sum = self.local_light(&surface, ray.dir);
+        let (eta, beyond) = cross(media, surface.start.0, material.ior);
+        let cosine = (-ray.dir.dot(surface.n_shade)).clamp(0.0, 1.0);
+        let mut passed = material.transmission().as_dvec3();
+        let mut reflected = match material.reflection {
+            Reflection::None => DVec3::ZERO,
+            Reflection::Constant(weight) => weight.as_dvec3(),
+            Reflection::Fresnel => {
+                let share = fresnel(eta, cosine);
+                passed *= 1.0 - share;
+                DVec3::splat(share)
+            }
+        };
+        if passed.max_element() > 0.0 {
+            let k = 1.0 + eta * eta * (cosine * cosine - 1.0);
+            let mut onward = WorldRay {
+                origin: surface.point,
+                dir: ray.dir,
+                start: Some(surface.start),
+            };
+            if (eta - 1.0).abs() < 1e-10 {
+                if straight < STRAIGHT_CAPACITY {
+                    self.counters.refracted_rays += 1;
+                    sum += passed * self.along(&onward, generation, &beyond, straight + 1);
+                } else {
+                    self.counters.straight_overflows += 1;
+                }
+            } else if k < 0.0 {
+                reflected = DVec3::ONE;
+            } else {
+                let bent = ray.dir * eta + surface.n_shade * (eta * cosine - k.sqrt());
+                onward.dir = bent.normalize();
+                self.counters.refracted_rays += 1;
+                sum += passed * self.radiance(&onward, generation + 1, &beyond);
+            }
+        }
+        if reflected.max_element() > 0.0 {
+            let mirrored = WorldRay {
+                origin: surface.point,
+                dir: mirror(ray.dir, &surface),
+                start: Some(surface.start),
+            };
+            self.counters.reflected_rays += 1;
+            sum += reflected * self.radiance(&mirrored, generation + 1, media);
+        }
+        sum
+    }
+
+    fn meet(&self, ray: &WorldRay) -> Option<Surface> {
+        let before = (f64::INFINITY, 0, 0);
+        let hit = self.world.nearest(ray, just_after(0.0), before, |_| true)?;
+        let point = self
+            .world
+            .on_surface(&hit, ray.origin + ray.dir * hit.key.0);
+        let (face, shading, material) = self.world.normals(&hit, point);
+        let n_geom = if face.dot(ray.dir) > 0.0 { -face } else { face };
+        let n_shade = if shading.dot(n_geom) < 0.0 {
+            -shading
+        } else {
+            shading
+        };
+        Some(Surface {
+            point,
+            n_geom,
+            n_shade,
+            material: self.scene.materials[material as usize],
+            start: (hit.key.1, hit.key.2),
+        })
+    }
+
+    /// Emission and every light's diffuse, Phong and Blinn-Phong share.
+    fn local_light(&mut self, surface: &Surface, dir: DVec3) -> DVec3 {
+        let m = &surface.material;
+        let color = m.color.as_dvec3();
+        let opaque = 1.0 - f64::from(m.filter) - f64::from(m.transmit);
+        let mut sum = color * (f64::from(m.emission) * opaque);
+        for light in &self.scene.lights {
+            let (to_light, distance) = self.beam(light, surface.point);
+            let cosine = surface.n_shade.dot(to_light);
+            if cosine < 1e-10 || surface.n_geom.dot(to_light) < 1e-10 {
+                continue;
+            }
+            let mut answer = color * (f64::from(m.diffuse) * opaque * cosine);
+            if let Some(phong) = m.phong {
+                let mirrored = dir - surface.n_shade * (2.0 * dir.dot(surface.n_shade));
+                let cosine = mirrored.dot(to_light).max(0.0);
+                answer += f64::from(phong.strength) * cosine.powf(phong.exponent.into());
+            }
+            if let Some(specular) = m.specular {
+                let half = (to_light - dir).normalize_or(surface.n_shade);
+                let cosine = surface.n_shade.dot(half).max(0.0);
+                answer += f64::from(specular.strength) * cosine.powf(specular.exponent.into());
+            }
+            let strength = strength(light, to_light, distance);
+            if answer * strength != DVec3::ZERO {
+                sum += answer * strength * self.shadow(surface, to_light, distance);
+            }
+        }
+        sum
+    }
+
+    /// Unit direction to a light and its distance.
+    fn beam(&self, light: &Light, from: DVec3) -> (DVec3, f64) {
+        match light.kind {
+            LightKind::Directional { to_light } => (to_light, f64::INFINITY),
+            LightKind::Point { position } | LightKind::Spot { position, .. } => {
+                let line = position - self.scene.view.origin - from;
+                (line.normalize_or_zero(), line.length())
+            }
+        }
+    }
+
+    /// The product over all surfaces between a point and a light.
+    fn shadow(&mut self, surface: &Surface, to_light: DVec3, distance: f64) -> DVec3 {
+        self.counters.shadow_rays += 1;
+        let ray = WorldRay {
+            origin: surface.point,
+            dir: to_light,
+            start: Some(surface.start),
+        };
+        let transmission = |row: u32| self.scene.materials[row as usize].transmission();
+        let before = (distance, 0, 0);
+        let opaque = |row: u32| transmission(row).max_element() <= 0.0;
+        if self
+            .world
+            .nearest(&ray, just_after(0.0), before, opaque)
+            .is_some()
+        {
+            return DVec3::ZERO;
+        }
+        let clear = |row: u32| transmission(row).max_element() > 0.0;
+        let (mut passed, mut after) = (DVec3::ONE, just_after(0.0));
+        while let Some(hit) = self.world.nearest(&ray, after, before, clear) {
+            let (.., material) = self.world.normals(&hit, DVec3::Y);
+            passed *= transmission(material).as_dvec3();
+            after = hit.key;
+        }
+        passed
+    }
+}
+
+fn just_after(t: f64) -> Key {
+    (t, u32::MAX, u32::MAX)
+}
+
+/// A light's colour after fading and its cone.
+fn strength(light: &Light, to_light: DVec3, distance: f64) -> DVec3 {
+    let mut factor = light.fade.map_or(1.0, |fade| {
+        2.0 / (1.0 + (distance / fade.distance).powf(fade.power))
+    });
+    if let LightKind::Spot {
+        axis,
+        cos_inner,
+        cos_outer,
+        ..
+    } = light.kind
+    {
+        let x = ((-to_light.dot(axis) - cos_outer) / (cos_inner - cos_outer)).clamp(0.0, 1.0);
+        factor *= x * x * (3.0 - 2.0 * x);
+    }
+    light.color.as_dvec3() * factor
+}
+
+/// The index ratio at the boundary of medium `id`, and the media beyond it.
+fn cross(media: &Media, id: u32, ior: f64) -> (f64, Media) {
+    let mut beyond = media.clone();
+    let top = media.last().map_or(1.0, |m| m.1);
+    let Some(place) = media.iter().position(|m| m.0 == id) else {
+        beyond.push((id, ior));
+        return (top / ior, beyond);
+    };
+    beyond.remove(place);
+    if place + 1 == media.len() {
+        (ior / beyond.last().map_or(1.0, |m| m.1), beyond)
+    } else {
+        (1.0, beyond)
+    }
+}
+
+/// Unpolarised reflectance; 1 in total internal reflection.
+fn fresnel(eta: f64, c: f64) -> f64 {
+    let g_squared = 1.0 / (eta * eta) + c * c - 1.0;
+    if g_squared <= 0.0 {
+        return 1.0;
+    }
+    let g = g_squared.sqrt();
+    let s = (g - c) / (g + c);
+    let p = (c * (g + c) - 1.0) / (c * (g - c) + 1.0);
+    (0.5 * s * s * (1.0 + p * p)).clamp(0.0, 1.0)
+}
+
+fn mirror(dir: DVec3, surface: &Surface) -> DVec3 {
+    let about = |n: DVec3| (dir - n * (2.0 * dir.dot(n))).normalize();
+    let smooth = about(surface.n_shade);
+    if smooth.dot(surface.n_geom) > 0.0 {
+        smooth
+    } else {
+        about(surface.n_geom)
+    }
+}

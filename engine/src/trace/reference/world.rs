@@ -1,0 +1,209 @@
+//! The scene as the reference sees it: each instance's maps in f64 relative to the eye, and the nearest hit.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DMat3, DVec3};
+
+use super::shape::{self, LocalHit, LocalRay};
+use super::tree::{MeshTree, enters};
+use crate::frame::{FrameScene, Shape};
+use crate::trace::Ray;
+use crate::world::MeshData;
+
+/// Orders hits: t, then instance, then primitive.
+pub type Key = (f64, u32, u32);
+
+/// A hit in the world.
+#[derive(Clone, Copy, Debug)]
+pub struct WorldHit {
+    /// Its place in the order of hits.
+    pub key: Key,
+    /// Weights of a triangle's second and third corner.
+    pub uv: glam::DVec2,
+}
+
+/// A ray relative to the eye.
+#[derive(Clone, Copy)]
+pub struct WorldRay {
+    /// Start.
+    pub origin: DVec3,
+    /// Direction of any length.
+    pub dir: DVec3,
+    /// Instance and primitive it starts on.
+    pub start: Option<(u32, u32)>,
+}
+
+impl From<&Ray> for WorldRay {
+    fn from(ray: &Ray) -> Self {
+        Self {
+            origin: ray.origin.as_dvec3(),
+            dir: ray.dir.as_dvec3(),
+            start: None,
+        }
+    }
+}
+
+struct Placed {
+    id: u32,
+    shape: Shape,
+    material: u32,
+    render_from_local: DAffine3,
+    local_from_render: DAffine3,
+    /// Inverse transpose: carries normals.
+    normal_map: DMat3,
+}
+
+/// All instances, placed relative to the eye, with the meshes' trees.
+#[derive(Default)]
+pub struct World {
+    meshes: Vec<(Arc<MeshData>, MeshTree)>,
+    placed: Vec<Placed>,
+}
+
+impl World {
+    /// Builds trees of new meshes; returns how many.
+    pub fn refit(&mut self, scene: &FrameScene) -> u64 {
+        let mut built = 0;
+        self.meshes.truncate(scene.meshes.len());
+        for (i, mesh) in scene.meshes.iter().enumerate() {
+            if self
+                .meshes
+                .get(i)
+                .is_some_and(|old| Arc::ptr_eq(&old.0, mesh))
+            {
+                continue;
+            }
+            built += 1;
+            let entry = (Arc::clone(mesh), MeshTree::build(mesh));
+            if i < self.meshes.len() {
+                self.meshes[i] = entry;
+            } else {
+                self.meshes.push(entry);
+            }
+        }
+        built
+    }
+
+    /// Places the instances relative to the eye.
+    pub fn place(&mut self, scene: &FrameScene) {
+        self.placed.clear();
+        for (id, instance) in scene.instances.iter().enumerate() {
+            if instance.shape == Shape::Vacant {
+                continue;
+            }
+            let mut render_from_local = instance.world_from_local;
+            render_from_local.translation -= scene.view.origin;
+            let local_from_render = render_from_local.inverse();
+            self.placed.push(Placed {
+                id: id as u32,
+                shape: instance.shape,
+                material: instance.material,
+                render_from_local,
+                local_from_render,
+                normal_map: local_from_render.matrix3.transpose(),
+            });
+        }
+    }
+
+    /// The first hit in the order of keys with `after < key < before`, among instances whose material
+    /// row `sees` admits.
+    pub fn nearest(
+        &self,
+        ray: &WorldRay,
+        after: Key,
+        before: Key,
+        sees: impl Fn(u32) -> bool,
+    ) -> Option<WorldHit> {
+        let mut best: Option<WorldHit> = None;
+        for placed in self.placed.iter().filter(|p| sees(p.material)) {
+            let local = LocalRay {
+                origin: placed.local_from_render.transform_point3(ray.origin),
+                dir: placed.local_from_render.transform_vector3(ray.dir),
+                start: ray
+                    .start
+                    .and_then(|(id, prim)| (id == placed.id).then_some(prim)),
+            };
+            let mut offer = |hit: LocalHit| {
+                let key = (hit.t, placed.id, hit.prim);
+                let limit = best.map_or(before, |b| b.key);
+                if key > after && key < limit {
+                    best = Some(WorldHit { key, uv: hit.uv });
+                }
+                best.map_or(before.0, |b| b.key.0)
+            };
+            match placed.shape {
+                Shape::Vacant => {}
+                Shape::Mesh(mesh) => {
+                    let (mesh, tree) = &self.meshes[mesh as usize];
+                    tree.hits(mesh, &local, offer);
+                }
+                Shape::Sphere { radius } => {
+                    let bounds = DVec3::splat(radius);
+                    if enters(&local, -bounds, bounds, f64::INFINITY) {
+                        for hit in shape::sphere(&local, radius) {
+                            offer(hit);
+                        }
+                    }
+                }
+                Shape::Plane { normal, distance } => {
+                    for hit in shape::plane(&local, normal, distance) {
+                        offer(hit);
+                    }
+                }
+                Shape::Cuboid { min, max } => {
+                    for hit in shape::cuboid(&local, min, max) {
+                        offer(hit);
+                    }
+                }
+            }
+        }
+        best
+    }
+
+    /// Face normal and shading normal of a hit, unit, not yet turned to the viewer; and the material row.
+    pub fn normals(&self, hit: &WorldHit, point: DVec3) -> (DVec3, DVec3, u32) {
+        let (_, id, prim) = hit.key;
+        let index = self.placed.binary_search_by_key(&id, |p| p.id);
+        let placed = &self.placed[index.expect("a hit names a placed instance")];
+        let local = match placed.shape {
+            Shape::Mesh(mesh) => {
+                let mesh = &self.meshes[mesh as usize].0;
+                let corners = mesh.triangles[prim as usize].map(|i| i as usize);
+                let [a, b, c] = corners.map(|i| mesh.vertices[i]);
+                let face = (b - a).cross(c - a);
+                if mesh.normals.is_empty() {
+                    (face, face)
+                } else {
+                    let [na, nb, nc] = corners.map(|i| mesh.normals[i].as_dvec3());
+                    let w = 1.0 - hit.uv.x - hit.uv.y;
+                    (face, na * w + nb * hit.uv.x + nc * hit.uv.y)
+                }
+            }
+            Shape::Plane { normal, .. } => (normal, normal),
+            Shape::Cuboid { .. } => (shape::cuboid_normal(prim), shape::cuboid_normal(prim)),
+            Shape::Sphere { .. } | Shape::Vacant => {
+                let out = placed.local_from_render.transform_point3(point);
+                (out, out)
+            }
+        };
+        let world = |n: DVec3| (placed.normal_map * n).normalize_or(DVec3::Y);
+        (world(local.0), world(local.1), placed.material)
+    }
+
+    /// The hit's point moved onto its primitive, relative to the eye: spheres drift most without this.
+    pub fn on_surface(&self, hit: &WorldHit, point: DVec3) -> DVec3 {
+        let (_, id, _) = hit.key;
+        match self.placed.binary_search_by_key(&id, |p| p.id) {
+            Ok(index) => match self.placed[index].shape {
+                Shape::Sphere { radius } => {
+                    let placed = &self.placed[index];
+                    let local = placed.local_from_render.transform_point3(point);
+                    let local = local.normalize_or(DVec3::Y) * radius;
+                    placed.render_from_local.transform_point3(local)
+                }
+                _ => point,
+            },
+            Err(_) => point,
+        }
+    }
+}
