@@ -1,3 +1,0 @@
-//! Every test that needs more than one module, in one binary.
-
-mod tracers;
