@@ -35,6 +35,7 @@ impl Engine {
             crate::world::plugin,
             crate::frame::plugin,
             crate::trace::plugin,
+            crate::scene::plugin,
         ] {
             plugin(&mut engine);
         }

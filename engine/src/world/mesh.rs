@@ -87,11 +87,16 @@ impl MeshData {
 #[derive(Resource, Default, Debug)]
 pub struct Meshes {
     rows: Vec<Arc<MeshData>>,
+    vacant: Vec<MeshId>,
 }
 
 impl Meshes {
-    /// Adds a mesh.
+    /// Adds a mesh, in the row of a removed one if there is one.
     pub fn add(&mut self, mesh: MeshData) -> MeshId {
+        if let Some(id) = self.vacant.pop() {
+            self.replace(id, mesh);
+            return id;
+        }
         let id = u32::try_from(self.rows.len()).expect("fewer than 2^32 meshes");
         self.rows.push(Arc::new(mesh));
         MeshId(id)
@@ -100,6 +105,12 @@ impl Meshes {
     /// Puts another mesh into a row.
     pub fn replace(&mut self, id: MeshId, mesh: MeshData) {
         self.rows[id.0 as usize] = Arc::new(mesh);
+    }
+
+    /// Frees a mesh that no entity shows any more; its row is empty until another mesh takes it.
+    pub fn remove(&mut self, id: MeshId) {
+        self.replace(id, MeshData::default());
+        self.vacant.push(id);
     }
 
     /// The mesh of a row.

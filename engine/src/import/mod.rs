@@ -1,0 +1,44 @@
+//! Files to plain data. The only readers of foreign formats, each with its crate to itself.
+//!
+//! An importer returns meshes and materials, or a sentence that says what is wrong with the file; it never
+//! panics and never touches the world.
+
+mod mtl;
+mod obj;
+mod smooth;
+
+pub use mtl::material_of;
+pub use obj::import_obj;
+pub use smooth::smooth;
+
+use crate::world::{Material, MeshData};
+
+/// What a model file holds.
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    /// One a group and material, in the file's order; none is empty.
+    pub parts: Vec<Part>,
+    /// The materials of the file, by name.
+    pub materials: Vec<(String, Material)>,
+    /// What is odd but did not stop the import: a material file that is missing, a face left out.
+    pub warnings: Vec<String>,
+}
+
+/// One mesh of a [`Model`].
+#[derive(Clone, Debug)]
+pub struct Part {
+    /// Its triangles.
+    pub mesh: MeshData,
+    /// Row of [`Model::materials`].
+    pub material: Option<usize>,
+}
+
+impl Model {
+    /// Triangles of all parts.
+    pub fn triangles(&self) -> usize {
+        self.parts
+            .iter()
+            .map(|part| part.mesh.triangles.len())
+            .sum()
+    }
+}

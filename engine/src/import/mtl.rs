@@ -1,0 +1,157 @@
+//! MTL (Wavefront 1995) to the Whitted model of [`Material`].
+//!
+//! | MTL | becomes |
+//! |---|---|
+//! | `Kd` | `color`, with `diffuse` 1; absent: 0.8 grey |
+//! | `Ke` | `emission`: its brightest channel over that of the colour (the model tints emission by the colour) |
+//! | `Ks`, `Ns` | `specular`: strength the mean of `Ks`, exponent `Ns` (MTL's highlight is not tinted here) |
+//! | `d` or `Tr` (= 1 - d) | what is not dissolved passes: `transmit` 1 - d |
+//! | `Tf` | with transparency: its hue tints what passes (`filter` with that colour) |
+//! | `Ni` | `ior` |
+//! | `illum` 3, 5 | mirror: 3 reflects `Ks`, 5 by Fresnel where `Ni` > 1, else `Ks` |
+//! | `illum` 4, 6, 7, 9 | glass: as transparent as `d` says (fully, where `d` says nothing), Fresnel where `Ni` > 1 |
+//!
+//! `Ka` has no counterpart (there is no ambient light), and textures are not read yet.
+
+use glam::Vec3;
+
+use crate::world::{Lobe, Material, Reflection};
+
+/// The material of an MTL entry. Every number comes out finite and in range.
+pub fn material_of(mtl: &tobj::Material) -> Material {
+    let color = mtl.diffuse.map_or(Vec3::splat(0.8), rgb);
+    let specular = mtl.specular.map_or(Vec3::ZERO, rgb);
+    let illum = mtl.illumination_model.unwrap_or(2);
+    let ior = mtl
+        .optical_density
+        .filter(|n| n.is_finite() && *n > 0.0)
+        .unwrap_or(1.0);
+    let glass = matches!(illum, 4 | 6 | 7 | 9);
+    let opacity = opacity_of(mtl).unwrap_or(if glass { 0.0 } else { 1.0 });
+    let mut material = Material {
+        color,
+        diffuse: 1.0,
+        emission: emission_of(mtl, color),
+        specular: highlight(mtl, specular),
+        transmit: 1.0 - opacity,
+        ior,
+        ..Material::default()
+    };
+    let fresnel = ior > 1.0 && (glass || illum == 5);
+    if fresnel {
+        material.reflection = Reflection::Fresnel;
+    } else if matches!(illum, 3 | 5) && specular != Vec3::ZERO {
+        material.reflection = Reflection::Constant(specular.min(Vec3::ONE));
+        // What is mirrored is not scattered as well, or surfaces would shine brighter than their light.
+        material.diffuse = 1.0 - specular.max_element().min(1.0);
+    }
+    if let Some(tint) = filter_of(mtl).filter(|tint| opacity < 1.0 && *tint != Vec3::ONE) {
+        material.color = tint;
+        material.filter = 1.0 - opacity;
+        material.transmit = 0.0;
+    }
+    material
+}
+
+fn rgb(color: [f64; 3]) -> Vec3 {
+    Vec3::from_array(color.map(|c| {
+        if c.is_finite() {
+            c.max(0.0) as f32
+        } else {
+            0.0
+        }
+    }))
+}
+
+fn emission_of(mtl: &tobj::Material, color: Vec3) -> f32 {
+    let emissive = parameter(mtl, "Ke")
+        .or(mtl.emissive)
+        .map_or(0.0, |e| rgb(e).max_element());
+    let brightest = color.max_element();
+    if brightest > 0.0 {
+        emissive / brightest
+    } else {
+        0.0
+    }
+}
+
+fn highlight(mtl: &tobj::Material, specular: Vec3) -> Option<Lobe> {
+    let strength = specular.element_sum() / 3.0;
+    let exponent = mtl.shininess.filter(|n| n.is_finite() && *n > 0.0)? as f32;
+    (strength > 0.0).then_some(Lobe { strength, exponent })
+}
+
+/// `d`, or 1 - `Tr`.
+fn opacity_of(mtl: &tobj::Material) -> Option<f32> {
+    let transparency = || {
+        mtl.unknown_param
+            .get("Tr")?
+            .split_whitespace()
+            .next()?
+            .parse::<f64>()
+            .ok()
+    };
+    let opacity = mtl.dissolve.or_else(|| transparency().map(|tr| 1.0 - tr))?;
+    opacity
+        .is_finite()
+        .then_some(opacity.clamp(0.0, 1.0) as f32)
+}
+
+fn filter_of(mtl: &tobj::Material) -> Option<Vec3> {
+    parameter(mtl, "Tf").map(|tint| rgb(tint).min(Vec3::ONE))
+}
+
+/// A colour that tobj keeps as text.
+fn parameter(mtl: &tobj::Material, name: &str) -> Option<[f64; 3]> {
+    let numbers: Vec<f64> = mtl
+        .unknown_param
+        .get(name)?
+        .split_whitespace()
+        .map_while(|word| word.parse().ok())
+        .collect();
+    match numbers.as_slice() {
+        [r, g, b, ..] => Some([*r, *g, *b]),
+        [grey] => Some([*grey; 3]),
+        _ => None,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn mtl(text: &str) -> Material {
+        let text = format!("newmtl a\n{text}");
+        let (materials, _) = tobj::load_mtl_buf(&mut text.as_bytes()).unwrap();
+        material_of(&materials[0])
+    }
+
+    #[test]
+    fn each_line_of_the_table_holds() {
+        let plain = mtl("Kd 0.1 0.2 0.3\nKs 0.5 0.5 0.5\nNs 80");
+        assert_eq!(plain.color, Vec3::new(0.1, 0.2, 0.3));
+        assert_eq!(
+            plain.specular,
+            Some(Lobe {
+                strength: 0.5,
+                exponent: 80.0
+            })
+        );
+        assert_eq!((plain.transmit, plain.reflection), (0.0, Reflection::None));
+        let mirror = mtl("Kd 0 0 0\nKs 0.9 0.9 0.9\nillum 3");
+        assert_eq!(mirror.reflection, Reflection::Constant(Vec3::splat(0.9)));
+        let glass = mtl("Kd 1 1 1\nNi 1.5\nillum 7");
+        assert_eq!((glass.transmit, glass.ior), (1.0, 1.5));
+        assert_eq!(glass.reflection, Reflection::Fresnel);
+        let tinted = mtl("Kd 1 1 1\nTr 0.75\nTf 1 0 0");
+        assert_eq!((tinted.filter, tinted.transmit), (0.75, 0.0));
+        assert_eq!(tinted.color, Vec3::X);
+        assert_eq!(mtl("Kd 0.5 0.5 0.5\nKe 1 1 1").emission, 2.0);
+    }
+
+    #[test]
+    fn nonsense_comes_out_finite() {
+        let odd = mtl("Kd NaN inf -1\nKs inf 0 0\nNs -3\nNi 0\nd NaN\nillum 5");
+        assert!(odd.color.is_finite() && odd.transmit.is_finite() && odd.ior == 1.0);
+    }
+}

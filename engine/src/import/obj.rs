@@ -1,0 +1,266 @@
+//! Wavefront OBJ with MTL through the `tobj` crate. Called by the scene loader.
+//!
+//! Each object or group and each material in it becomes one mesh. Faces of more than three corners are cut
+//! by ear clipping, so concave ones come out right; points and lines are left out.
+
+use std::cell::RefCell;
+use std::collections::HashMap;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
+
+use glam::{DVec3, Vec3};
+
+use super::{Model, Part, material_of};
+use crate::world::{MeshData, Polygon, triangulate};
+
+/// Warnings kept for one file; broken files can have one a face.
+const MAX_WARNINGS: usize = 20;
+
+/// Reads an OBJ file and the MTL files it names, which are looked for beside it.
+///
+/// # Errors
+/// A sentence without the file's name: it cannot be opened, is no OBJ, has no face, or names a vertex
+/// that is not there or not finite. A material file that is missing or bad is a warning.
+pub fn import_obj(path: &Path) -> Result<Model, String> {
+    let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
+    // Some exporters write Latin-1 names; geometry is ASCII.
+    let text = String::from_utf8_lossy(&bytes);
+    // tobj 4.0 panics on some malformed lines (a colour of two numbers); what it unwinds through is ours.
+    catch_unwind(AssertUnwindSafe(|| read(&text, path)))
+        .unwrap_or_else(|_| Err("it is not a valid OBJ file (the reader gave up)".into()))
+}
+
+fn read(text: &str, path: &Path) -> Result<Model, String> {
+    // tobj asks for material files through a shared closure.
+    let warnings = RefCell::new(Vec::new());
+    let options = tobj::LoadOptions {
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    };
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options, |name| {
+        Ok(load_materials(
+            &folder.join(name),
+            name,
+            &mut warnings.borrow_mut(),
+        ))
+    });
+    let (models, materials) =
+        loaded.map_err(|error| format!("it is not a valid OBJ file: {error}"))?;
+    let materials: Vec<(String, _)> = materials
+        .unwrap_or_default()
+        .iter()
+        .map(|material| (material.name.clone(), material_of(material)))
+        .collect();
+    let mut model = Model {
+        parts: Vec::new(),
+        materials,
+        warnings: warnings.into_inner(),
+    };
+    for source in &models {
+        let mesh = mesh_of(source, &mut model.warnings)?;
+        if !mesh.triangles.is_empty() {
+            model.parts.push(Part {
+                mesh,
+                material: source.mesh.material_id,
+            });
+        }
+    }
+    model.warnings.truncate(MAX_WARNINGS);
+    if model.parts.is_empty() {
+        return Err("it has no face".into());
+    }
+    Ok(model)
+}
+
+/// Entries of one MTL file; a file that cannot be read is a warning and no entries.
+fn load_materials(
+    path: &Path,
+    name: &Path,
+    warnings: &mut Vec<String>,
+) -> (Vec<tobj::Material>, HashMap<String, usize>) {
+    let bytes = match std::fs::read(path) {
+        Ok(bytes) => bytes,
+        Err(error) => {
+            warnings.push(format!(
+                "material file {} cannot be read: {error}",
+                name.display()
+            ));
+            return Default::default();
+        }
+    };
+    let text = String::from_utf8_lossy(&bytes);
+    match catch_unwind(AssertUnwindSafe(|| {
+        tobj::load_mtl_buf(&mut text.as_bytes())
+    })) {
+        Ok(Ok(materials)) => materials,
+        Ok(Err(error)) => {
+            warnings.push(format!(
+                "material file {} is not valid: {error}",
+                name.display()
+            ));
+            Default::default()
+        }
+        Err(_) => {
+            warnings.push(format!("material file {} is not valid", name.display()));
+            Default::default()
+        }
+    }
+}
+
+/// A corner of a face: vertex and normal.
+type Corner = (u32, Option<u32>);
+
+fn mesh_of(source: &tobj::Model, warnings: &mut Vec<String>) -> Result<MeshData, String> {
+    let mesh = &source.mesh;
+    let positions: Vec<DVec3> = mesh
+        .positions
+        .chunks_exact(3)
+        .map(DVec3::from_slice)
+        .collect();
+    let normals: Vec<DVec3> = mesh
+        .normals
+        .chunks_exact(3)
+        .map(DVec3::from_slice)
+        .collect();
+    // With one index for all, tobj leaves the list of normal indices empty.
+    let with_normals = !normals.is_empty() && mesh.normal_indices.len() == mesh.indices.len();
+    let corner = |i: usize| -> Corner {
+        let normal = with_normals.then(|| mesh.normal_indices[i]);
+        (mesh.indices[i], normal)
+    };
+    let mut weld = Weld::default();
+    let mut triangles = Vec::new();
+    let mut first = 0;
+    let faces = if mesh.face_arities.is_empty() {
+        vec![3; mesh.indices.len() / 3]
+    } else {
+        mesh.face_arities.clone()
+    };
+    for arity in faces {
+        let range = first..first + arity as usize;
+        first = range.end;
+        if range.end > mesh.indices.len() {
+            return Err(format!(
+                "a face of `{}` has fewer corners than it says",
+                source.name
+            ));
+        }
+        let corners: Vec<Corner> = range.map(corner).collect();
+        match cut(&corners, &positions) {
+            Ok(cut) => {
+                for triangle in cut {
+                    let mut rows = [0; 3];
+                    for (row, corner) in rows.iter_mut().zip(triangle) {
+                        *row = weld.row(corner, &positions, &normals)?;
+                    }
+                    triangles.push(rows);
+                }
+            }
+            Err(why) if warnings.len() < MAX_WARNINGS => {
+                warnings.push(format!("a face of `{}` is left out: {why}", source.name));
+            }
+            Err(_) => {}
+        }
+    }
+    let mut normals = if with_normals {
+        weld.normals
+    } else {
+        Vec::new()
+    };
+    if normals.contains(&Vec3::ZERO) {
+        warnings.push(format!(
+            "the normals of `{}` are left out: one has no direction",
+            source.name
+        ));
+        normals.clear();
+    }
+    MeshData::new(source.name.clone(), weld.vertices, normals, triangles)
+}
+
+/// Vertices in the order of their first use, one a pair of position and normal.
+#[derive(Default)]
+struct Weld {
+    rows: HashMap<Corner, u32>,
+    vertices: Vec<DVec3>,
+    normals: Vec<Vec3>,
+}
+
+impl Weld {
+    fn row(
+        &mut self,
+        corner: Corner,
+        positions: &[DVec3],
+        normals: &[DVec3],
+    ) -> Result<u32, String> {
+        if let Some(&row) = self.rows.get(&corner) {
+            return Ok(row);
+        }
+        let (vertex, normal) = corner;
+        let missing = |what: &str, i: u32, count: usize| {
+            format!("a face names {what} {i}, but there are {count}")
+        };
+        let position = positions
+            .get(vertex as usize)
+            .ok_or_else(|| missing("vertex", vertex, positions.len()))?;
+        if let Some(normal) = normal {
+            let given = normals
+                .get(normal as usize)
+                .ok_or_else(|| missing("normal", normal, normals.len()))?;
+            self.normals.push(given.normalize_or_zero().as_vec3());
+        }
+        let row = self.vertices.len() as u32;
+        self.vertices.push(*position);
+        self.rows.insert(corner, row);
+        Ok(row)
+    }
+}
+
+/// Triangles of a face with its own winding.
+fn cut(corners: &[Corner], positions: &[DVec3]) -> Result<Vec<[Corner; 3]>, String> {
+    match *corners {
+        [a, b, c] => return Ok(vec![[a, b, c]]),
+        [] | [_] | [_, _] => return Err("it has fewer than three corners".into()),
+        _ => {}
+    }
+    let place = |corner: &Corner| {
+        positions.get(corner.0 as usize).copied().ok_or_else(|| {
+            format!(
+                "it names vertex {}, but there are {}",
+                corner.0,
+                positions.len()
+            )
+        })
+    };
+    let outline: Vec<DVec3> = corners.iter().map(place).collect::<Result<_, _>>()?;
+    let winding = area(&outline);
+    let polygon = Polygon {
+        loops: vec![outline],
+    };
+    let mesh = triangulate(&polygon)?;
+    let outline = &polygon.loops[0];
+    Ok(mesh
+        .triangles
+        .iter()
+        .map(|&[a, b, c]| {
+            let three = [a, b, c].map(|i| outline[i as usize]);
+            let flipped = area(&three).dot(winding) < 0.0;
+            let [b, c] = if flipped { [c, b] } else { [b, c] };
+            [a, b, c].map(|i| corners[i as usize])
+        })
+        .collect())
+}
+
+/// Twice the area times the normal (Newell).
+fn area(corners: &[DVec3]) -> DVec3 {
+    let first = corners[0];
+    corners
+        .iter()
+        .zip(corners.iter().cycle().skip(1))
+        .map(|(&a, &b)| (a - first).cross(b - first))
+        .sum()
+}
+
+#[cfg(test)]
+mod tests;

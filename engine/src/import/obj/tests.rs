@@ -1,0 +1,81 @@
+use super::*;
+
+fn import(text: &str) -> Result<Model, String> {
+    read(text, Path::new("nowhere/x.obj"))
+}
+
+const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
+
+#[test]
+fn a_concave_face_is_cut_to_its_area_with_its_winding() {
+    let arrow = "v 0 0 0\nv 2 -1 0\nv 1 0 0\nv 2 1 0\nf 1 2 3 4\n";
+    let model = import(arrow).unwrap();
+    let mesh = &model.parts[0].mesh;
+    let total: DVec3 = mesh
+        .triangles
+        .iter()
+        .map(|t| area(&t.map(|i| mesh.vertices[i as usize])))
+        .sum();
+    let unsigned: f64 = mesh
+        .triangles
+        .iter()
+        .map(|t| area(&t.map(|i| mesh.vertices[i as usize])).length())
+        .sum();
+    assert_eq!(mesh.triangles.len(), 2);
+    assert!(
+        (unsigned - 2.0).abs() < 1e-12 && (total.z - 2.0).abs() < 1e-12,
+        "{unsigned} {total}"
+    );
+}
+
+#[test]
+fn groups_and_materials_become_parts() {
+    let text = format!("{SQUARE}o a\nf 1 2 3\no b\nf 1 3 4\n");
+    let model = import(&text).unwrap();
+    let names: Vec<_> = model
+        .parts
+        .iter()
+        .map(|part| part.mesh.name.as_str())
+        .collect();
+    assert_eq!(names, ["a", "b"]);
+}
+
+#[test]
+fn normals_of_the_file_are_kept() {
+    let text = format!("{SQUARE}vn 0 0 2\nf 1//1 2//1 3//1\n");
+    assert_eq!(
+        import(&text).unwrap().parts[0].mesh.normals,
+        vec![Vec3::Z; 3]
+    );
+}
+
+#[test]
+fn a_missing_material_file_is_a_warning() {
+    let text = format!("mtllib gone.mtl\n{SQUARE}usemtl red\nf 1 2 3\n");
+    let model = import(&text).unwrap();
+    assert!(
+        model.warnings[0].contains("gone.mtl"),
+        "{:?}",
+        model.warnings
+    );
+    assert_eq!(model.parts[0].material, None);
+}
+
+#[test]
+fn bad_files_are_sentences() {
+    for text in [
+        "",
+        "f 1 2 3\n",
+        "v a b c\n",
+        "v 0 0\nf 1 1 1\n",
+        "v NaN 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
+    ] {
+        let error = import(text).unwrap_err();
+        assert!(!error.is_empty(), "{text:?}");
+    }
+    assert!(
+        import_obj(Path::new("nowhere/gone.obj"))
+            .unwrap_err()
+            .contains("cannot be read")
+    );
+}

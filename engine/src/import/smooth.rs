@@ -1,0 +1,156 @@
+//! Vertex normals for meshes whose file has none, or wants others.
+//!
+//! A normal is the mean of the faces around a vertex, weighted by their angle there (Thürmer and Wüthrich
+//! 1998), taken over the faces that meet at no more than the crease angle; a vertex where they do not all
+//! meet so gently is split.
+
+use std::collections::HashMap;
+
+use glam::{DVec3, Vec3};
+
+use crate::world::MeshData;
+
+/// The mesh with normals smooth across edges whose faces differ by at most `crease_degrees`.
+///
+/// Vertices at the same place count as one, also where the file repeats them.
+pub fn smooth(mesh: &MeshData, crease_degrees: f64) -> MeshData {
+    let places = places(&mesh.vertices);
+    let faces: Vec<[Weighted; 3]> = mesh
+        .triangles
+        .iter()
+        .map(|t| corners_of(mesh, *t))
+        .collect();
+    let mut around: Vec<Vec<(u32, u8)>> = vec![Vec::new(); mesh.vertices.len()];
+    for (face, triangle) in mesh.triangles.iter().enumerate() {
+        for corner in 0..3_u8 {
+            let place = places[triangle[usize::from(corner)] as usize];
+            around[place as usize].push((face as u32, corner));
+        }
+    }
+    let limit = crease_degrees.to_radians().cos() - 1e-9;
+    let mut rows: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
+    let (mut vertices, mut normals) = (Vec::new(), Vec::new());
+    let triangles = mesh
+        .triangles
+        .iter()
+        .enumerate()
+        .map(|(face, triangle)| {
+            let own = faces[face][0].normal;
+            triangle.map(|vertex| {
+                let place = places[vertex as usize];
+                let sum: DVec3 = around[place as usize]
+                    .iter()
+                    .map(|&(f, corner)| faces[f as usize][usize::from(corner)])
+                    .filter(|corner| corner.normal.dot(own) >= limit)
+                    .map(|corner| corner.normal * corner.angle)
+                    .sum();
+                // A triangle without area has no normal; any unit vector keeps shading finite.
+                let own = own.try_normalize().unwrap_or(DVec3::Y);
+                let normal: Vec3 = sum.try_normalize().unwrap_or(own).as_vec3();
+                let key = (place, normal.to_array().map(f32::to_bits));
+                *rows.entry(key).or_insert_with(|| {
+                    vertices.push(mesh.vertices[place as usize]);
+                    normals.push(normal);
+                    vertices.len() as u32 - 1
+                })
+            })
+        })
+        .collect();
+    let positions = vertices
+        .iter()
+        .map(|&v| (v - mesh.origin).as_vec3())
+        .collect();
+    MeshData {
+        vertices,
+        positions,
+        normals,
+        triangles,
+        ..mesh.clone()
+    }
+}
+
+/// A face's normal and its angle at one corner.
+#[derive(Clone, Copy)]
+struct Weighted {
+    normal: DVec3,
+    angle: f64,
+}
+
+fn corners_of(mesh: &MeshData, triangle: [u32; 3]) -> [Weighted; 3] {
+    let p = triangle.map(|i| mesh.vertices[i as usize]);
+    let normal = (p[1] - p[0]).cross(p[2] - p[0]).normalize_or_zero();
+    [0, 1, 2].map(|i| {
+        let (a, b) = (p[(i + 1) % 3] - p[i], p[(i + 2) % 3] - p[i]);
+        // atan2 keeps its precision for slivers, where acos does not.
+        let angle = a.cross(b).length().atan2(a.dot(b));
+        Weighted { normal, angle }
+    })
+}
+
+/// For each vertex the first one at the same place.
+fn places(vertices: &[DVec3]) -> Vec<u32> {
+    let mut first: HashMap<[u64; 3], u32> = HashMap::with_capacity(vertices.len());
+    vertices
+        .iter()
+        .enumerate()
+        .map(|(i, v)| {
+            // Adding zero makes -0 and 0 the same place.
+            let bits = (*v + DVec3::ZERO).to_array().map(f64::to_bits);
+            *first.entry(bits).or_insert(i as u32)
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A unit cube of 12 triangles on 8 vertices.
+    fn cube() -> MeshData {
+        let vertices = (0..8)
+            .map(|i| DVec3::new(f64::from(i & 1), f64::from(i >> 1 & 1), f64::from(i >> 2)))
+            .collect();
+        let quads = [
+            [0, 2, 3, 1],
+            [4, 5, 7, 6],
+            [0, 1, 5, 4],
+            [2, 6, 7, 3],
+            [0, 4, 6, 2],
+            [1, 3, 7, 5],
+        ];
+        let triangles = quads
+            .iter()
+            .flat_map(|&[a, b, c, d]| [[a, b, c], [a, c, d]])
+            .collect();
+        MeshData::new("cube", vertices, Vec::new(), triangles).unwrap()
+    }
+
+    #[test]
+    fn a_cube_keeps_its_edges_below_90_degrees_and_loses_them_above() {
+        let sharp = smooth(&cube(), 60.0);
+        assert_eq!(sharp.vertices.len(), 24, "three normals a corner");
+        for (triangle, rows) in sharp
+            .triangles
+            .iter()
+            .map(|t| (t, t.map(|i| sharp.normals[i as usize])))
+        {
+            assert!(
+                rows.iter().all(|n| n.abs().max_element() == 1.0),
+                "{triangle:?}: {rows:?}"
+            );
+        }
+        let round = smooth(&cube(), 120.0);
+        assert_eq!(round.vertices.len(), 8, "one normal a corner");
+        for (v, n) in round.vertices.iter().zip(&round.normals) {
+            let outward = (*v - DVec3::splat(0.5)).normalize().as_vec3();
+            // Weighted by angle, the diagonals of the quads do not pull the normal aside.
+            assert!(n.distance(outward) < 1e-6, "{n} != {outward}");
+        }
+    }
+
+    #[test]
+    fn a_degenerate_triangle_gives_no_nan() {
+        let mesh = MeshData::new("d", vec![DVec3::ZERO; 3], Vec::new(), vec![[0, 1, 2]]).unwrap();
+        assert!(smooth(&mesh, 60.0).normals.iter().all(|n| n.is_finite()));
+    }
+}

@@ -1,0 +1,174 @@
+//! The table of fields: path, kind, range, getter, setter. A new component adds its rows here.
+
+use bevy_ecs::prelude::*;
+
+use super::{Field, FieldKind, Value};
+use crate::scene::schema::{Angle, from_degrees, range, to_degrees};
+use crate::scene::writer::Writer;
+use crate::world::{
+    Camera, Cuboid, DirectionalLight, Fade, Lobe, Material, Plane, PointLight, Projection,
+    Reflection, Sphere, SpotLight, ToneMap, Transform, Visibility,
+};
+
+/// `field!(path: Kind in [Components], getter to an option, setter, range)`. The setter works on a copy; the
+/// component is written, and counts as changed, only if the copy differs.
+macro_rules! field {
+    ($path:literal: $kind:ident in [$($component:ty),+], $get:expr, $set:expr) => {
+        field!($path: $kind in [$($component),+], $get, $set, |_| Ok(()))
+    };
+    ($path:literal: $kind:ident in [$($component:ty),+], $get:expr, $set:expr, $range:expr) => {
+        Field {
+            path: $path,
+            kind: FieldKind::$kind,
+            range: |value| match value {
+                Value::$kind(value) => typed($range, value),
+                _ => Err("another kind of value"),
+            },
+            get: |entity| {
+                $(if let Some(component) = entity.get::<$component>() {
+                    return read(component, $get).map(Value::$kind);
+                })+
+                None
+            },
+            set: |entity, value| {
+                let Value::$kind(value) = value else { return None };
+                $(if let Some(mut component) = entity.get_mut::<$component>() {
+                    let mut next = *component;
+                    write(&mut next, value.clone(), $set);
+                    return Some(component.set_if_neq(next));
+                })+
+                None
+            },
+        }
+    };
+}
+
+/// These three give the closures of [`field`] their argument types.
+fn typed<T>(range: fn(&T) -> range::Check, value: &T) -> range::Check {
+    range(value)
+}
+fn read<C, T>(component: &C, get: fn(&C) -> Option<T>) -> Option<T> {
+    get(component)
+}
+fn write<C, T>(component: &mut C, value: T, set: fn(&mut C, T)) {
+    set(component, value);
+}
+
+fn not_negative(value: &f64) -> range::Check {
+    range::not_negative(&(*value as f32))
+}
+fn share(value: &f64) -> range::Check {
+    range::share(&(*value as f32))
+}
+fn color(value: &glam::DVec3) -> range::Check {
+    if value.min_element() >= 0.0 {
+        Ok(())
+    } else {
+        Err("numbers of at least 0")
+    }
+}
+fn opening(degrees: &f64) -> range::Check {
+    range::opening(&Angle(from_degrees(*degrees)))
+}
+fn half_angle(degrees: &f64) -> range::Check {
+    range::half_angle(&Angle(from_degrees(*degrees)))
+}
+fn unit(value: &glam::DQuat) -> range::Check {
+    if (value.length() - 1.0).abs() < 1e-6 {
+        Ok(())
+    } else {
+        Err("a unit quaternion")
+    }
+}
+
+const TONE_MAPS: [ToneMap; 3] = [ToneMap::Clip, ToneMap::Reinhard, ToneMap::Filmic];
+
+fn tone_map(word: &str) -> Option<ToneMap> {
+    TONE_MAPS
+        .into_iter()
+        .find(|tone_map| Writer::text_of(tone_map) == word)
+}
+
+/// Every field there is; `transform.translation` is the first.
+pub fn all() -> &'static [Field] {
+    &FIELDS
+}
+
+static FIELDS: [Field; 30] = [
+    field!("transform.translation": Vec3 in [Transform],
+        |c| Some(c.translation), |c, v| c.translation = v),
+    field!("transform.rotation": Rotation in [Transform],
+        |c| Some(c.rotation), |c, v| c.rotation = v, unit),
+    field!("transform.scale": Vec3 in [Transform], |c| Some(c.scale), |c, v| c.scale = v),
+    field!("visible": Bool in [Visibility], |c| Some(c.shown), |c, v| c.shown = v),
+    field!("sphere.radius": Number in [Sphere],
+        |c| Some(c.radius), |c, v| c.radius = v, range::positive),
+    field!("plane.normal": Vec3 in [Plane],
+        |c| Some(c.normal), |c, v| c.normal = v, range::direction),
+    field!("plane.distance": Number in [Plane], |c| Some(c.distance), |c, v| c.distance = v),
+    field!("box.min": Vec3 in [Cuboid], |c| Some(c.min), |c, v| c.min = v),
+    field!("box.max": Vec3 in [Cuboid], |c| Some(c.max), |c, v| c.max = v),
+    field!("light.color": Vec3 in [PointLight, DirectionalLight, SpotLight],
+        |c| Some(c.color.as_dvec3()), |c, v| c.color = v.as_vec3(), color),
+    field!("light.intensity": Number in [PointLight, DirectionalLight, SpotLight],
+        |c| Some(f64::from(c.intensity)), |c, v| c.intensity = v as f32, not_negative),
+    field!("light.fade.distance": Number in [PointLight, SpotLight],
+        |c| c.fade.map(|fade| fade.distance),
+        |c, v| c.fade.get_or_insert(Fade::default()).distance = v, range::positive),
+    field!("light.fade.power": Number in [PointLight, SpotLight],
+        |c| c.fade.map(|fade| fade.power),
+        |c, v| c.fade.get_or_insert(Fade::default()).power = v, range::positive),
+    field!("light.inner_angle": Number in [SpotLight],
+        |c| Some(to_degrees(c.inner_angle)), |c, v| c.inner_angle = from_degrees(v), half_angle),
+    field!("light.outer_angle": Number in [SpotLight],
+        |c| Some(to_degrees(c.outer_angle)), |c, v| c.outer_angle = from_degrees(v), half_angle),
+    field!("camera.fov": Number in [Camera],
+        |c| match c.projection {
+            Projection::Perspective { vertical_fov } => Some(to_degrees(vertical_fov)),
+            Projection::Orthographic { .. } => None,
+        },
+        |c, v| c.projection = Projection::Perspective { vertical_fov: from_degrees(v) }, opening),
+    field!("camera.orthographic_height": Number in [Camera],
+        |c| match c.projection {
+            Projection::Orthographic { height } => Some(height),
+            Projection::Perspective { .. } => None,
+        },
+        |c, v| c.projection = Projection::Orthographic { height: v }, range::positive),
+    field!("camera.exposure": Number in [Camera],
+        |c| Some(f64::from(c.exposure)), |c, v| c.exposure = v as f32),
+    field!("camera.tone_map": Text in [Camera],
+        |c| Some(Writer::text_of(&c.tone_map)),
+        |c, v| c.tone_map = tone_map(&v).unwrap_or(c.tone_map),
+        |word| tone_map(word).map(|_| ()).ok_or("Clip, Reinhard or Filmic")),
+    field!("material.color": Vec3 in [Material],
+        |c| Some(c.color.as_dvec3()), |c, v| c.color = v.as_vec3(), color),
+    field!("material.diffuse": Number in [Material],
+        |c| Some(f64::from(c.diffuse)), |c, v| c.diffuse = v as f32, not_negative),
+    field!("material.emission": Number in [Material],
+        |c| Some(f64::from(c.emission)), |c, v| c.emission = v as f32, not_negative),
+    field!("material.phong.strength": Number in [Material],
+        |c| c.phong.map(|lobe| f64::from(lobe.strength)),
+        |c, v| c.phong.get_or_insert(Lobe::default()).strength = v as f32, not_negative),
+    field!("material.phong.exponent": Number in [Material],
+        |c| c.phong.map(|lobe| f64::from(lobe.exponent)),
+        |c, v| c.phong.get_or_insert(Lobe::default()).exponent = v as f32, not_negative),
+    field!("material.specular.strength": Number in [Material],
+        |c| c.specular.map(|lobe| f64::from(lobe.strength)),
+        |c, v| c.specular.get_or_insert(Lobe::default()).strength = v as f32, not_negative),
+    field!("material.specular.exponent": Number in [Material],
+        |c| c.specular.map(|lobe| f64::from(lobe.exponent)),
+        |c, v| c.specular.get_or_insert(Lobe::default()).exponent = v as f32, not_negative),
+    field!("material.reflection": Vec3 in [Material],
+        |c| match c.reflection {
+            Reflection::None => Some(glam::DVec3::ZERO),
+            Reflection::Constant(color) => Some(color.as_dvec3()),
+            Reflection::Fresnel => None,
+        },
+        |c, v| c.reflection = Reflection::Constant(v.as_vec3()), color),
+    field!("material.transmit": Number in [Material],
+        |c| Some(f64::from(c.transmit)), |c, v| c.transmit = v as f32, share),
+    field!("material.filter": Number in [Material],
+        |c| Some(f64::from(c.filter)), |c, v| c.filter = v as f32, share),
+    field!("material.ior": Number in [Material],
+        |c| Some(c.ior), |c, v| c.ior = v, range::positive),
+];

@@ -1,0 +1,136 @@
+//! The scene file: reading, checking, loading, saving, and the timeline it holds.
+//!
+//! The format's manual is `assets/scenes/README.md`. On the way in: text, tree with places (`syntax`), values
+//! ([`schema`]), names and files resolved (`resolve`), entities (`spawn`). On the way out: entities,
+//! values, text (`save`). Problems are collected all the way, so [`check`] lists every one.
+//!
+//! [`fields`] is the one mechanism for edits: a value by (id, path).
+
+pub mod fields;
+mod problem;
+mod reader;
+mod resolve;
+mod save;
+pub mod schema;
+mod spawn;
+mod syntax;
+mod timeline;
+mod writer;
+
+pub use problem::{LoadReport, Place, Problem, Problems, Report, Summary};
+pub use reader::{Fields, Reader, Schema};
+pub use save::{describe, save};
+pub use spawn::{Imported, MeshSource, SceneRoots, unload};
+pub use syntax::{Entry, Kind, Node};
+pub use timeline::{Curve, Timeline, play_timeline};
+pub use writer::Writer;
+
+use std::path::Path;
+
+use bevy_ecs::prelude::*;
+
+use crate::app::Engine;
+use crate::schedule::FrameSet;
+
+/// Largest scene file that is read, bytes: a mesh belongs into a file of its own.
+const MAX_BYTES: u64 = 64 << 20;
+
+/// The timeline's place in [`FrameSet::Simulate`]. It may write any field of any entity, so other systems of
+/// the set say whether they run before or after it.
+#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct TimelineSet;
+
+/// Adds the timeline (set [`FrameSet::Simulate`]) and what loading and saving need.
+pub fn plugin(engine: &mut Engine) {
+    engine.world.init_resource::<Timeline>();
+    engine.world.init_resource::<SceneRoots>();
+    engine.add_systems(FrameSet::Simulate, play_timeline.in_set(TimelineSet));
+}
+
+/// Loads a scene file in place of the scene that is there.
+///
+/// # Errors
+/// Every problem of the file; the world is then as it was.
+pub fn load(world: &mut World, path: &Path) -> Result<LoadReport, Problems> {
+    let text = read_text(path)?;
+    load_text(world, &text, path)
+}
+
+/// Loads a scene from text; `path` names it in problems, and mesh files are found from its folder.
+///
+/// # Errors
+/// See [`load`].
+pub fn load_text(world: &mut World, text: &str, path: &Path) -> Result<LoadReport, Problems> {
+    let (resolved, report) = resolve::resolve(text, path);
+    if !report.problems.0.is_empty() {
+        return Err(report.problems);
+    }
+    unload(world);
+    spawn::spawn(world, resolved);
+    Ok(LoadReport {
+        warnings: report.warnings,
+        summary: report.summary,
+    })
+}
+
+/// Lists every problem of a scene file, and what is right, without a world.
+pub fn check(path: &Path) -> Report {
+    match read_text(path) {
+        Ok(text) => check_text(&text, path),
+        Err(problems) => Report {
+            problems,
+            ..Report::default()
+        },
+    }
+}
+
+/// [`check`] for text; `path` as in [`load_text`].
+pub fn check_text(text: &str, path: &Path) -> Report {
+    resolve::resolve(text, path).1
+}
+
+/// A scene file's values without their meaning: no file is opened, no id looked up.
+///
+/// # Errors
+/// Every problem of form.
+pub fn parse(text: &str, path: &Path) -> Result<schema::Scene, Problems> {
+    let (scene, raw) = resolve::read(text);
+    if raw.is_empty() {
+        Ok(scene)
+    } else {
+        Err(Problems(problem::locate(raw, text, path)))
+    }
+}
+
+/// The text of a file.
+fn read_text(path: &Path) -> Result<String, Problems> {
+    let fail = |what: String, expected: &str| {
+        Problems(vec![Problem {
+            file: path.to_owned(),
+            line: 0,
+            column: 0,
+            field: String::new(),
+            what,
+            expected: Some(expected.to_owned()),
+            suggestion: resolve::nearest_file(path),
+        }])
+    };
+    let size = std::fs::metadata(path).map(|metadata| metadata.len());
+    if size.is_ok_and(|size| size > MAX_BYTES) {
+        return Err(fail(
+            format!("the file is larger than {} MiB", MAX_BYTES >> 20),
+            "a scene file; large meshes go into OBJ files",
+        ));
+    }
+    let bytes = std::fs::read(path).map_err(|error| {
+        fail(
+            format!("the file cannot be read: {error}"),
+            "a scene file (RON)",
+        )
+    })?;
+    String::from_utf8(bytes)
+        .map_err(|_| fail("the file is not UTF-8 text".into(), "a scene file (RON)"))
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,296 @@
+//! A resolved scene to entities, and away with them again.
+
+use std::collections::{HashMap, HashSet};
+
+use bevy_ecs::prelude::*;
+use bevy_reflect::prelude::*;
+
+use super::resolve::{MeshKey, Resolved, mesh_key};
+use super::schema::{self, Light, MeshFile, Shape};
+use super::timeline::{Ids, Timeline};
+use crate::import::Model;
+use crate::world::{
+    ActiveCamera, Background, Material, Mesh, MeshId, Meshes, PolygonMesh, SceneId, Surface,
+    TraceDepth, Transform, Visibility,
+};
+
+/// The mesh file an entity shows. One part stands on the entity itself, several on children that are
+/// [`Imported`].
+#[derive(Component, Reflect, Clone, Debug, PartialEq)]
+#[reflect(Component, Clone, PartialEq)]
+pub struct MeshSource {
+    /// As the scene file has it.
+    pub path: String,
+    /// Degrees; see `smooth_angle` in the manual.
+    pub smooth_angle: Option<f64>,
+}
+
+/// Made from a file the scene names: saving leaves it out, loading makes it again.
+#[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+pub struct Imported;
+
+/// Order of the scene's entities in its file.
+#[derive(Resource, Clone, Debug, Default)]
+pub struct SceneRoots {
+    /// Entities of the material table.
+    pub materials: Vec<Entity>,
+    /// Entities without a parent.
+    pub entities: Vec<Entity>,
+}
+
+/// Removes all that came from a scene file, frees its meshes and resets background, depth and timeline.
+pub fn unload(world: &mut World) {
+    let meshes = used_meshes(world, true);
+    let mut query = world.query_filtered::<Entity, Or<(With<SceneId>, With<Imported>)>>();
+    let entities: Vec<Entity> = query.iter(world).collect();
+    for entity in entities {
+        // A child is gone with its parent.
+        if world.entities().contains(entity) {
+            world.despawn(entity);
+        }
+    }
+    let kept = used_meshes(world, false);
+    let mut store = world.get_resource_or_init::<Meshes>();
+    for id in meshes.difference(&kept) {
+        store.remove(*id);
+    }
+    world.insert_resource(Background::default());
+    world.insert_resource(TraceDepth::default());
+    world.insert_resource(ActiveCamera::default());
+    world.insert_resource(Timeline::default());
+    world.insert_resource(SceneRoots::default());
+}
+
+/// Meshes that entities show: those of the scene, or all.
+fn used_meshes(world: &mut World, of_scene: bool) -> HashSet<MeshId> {
+    let mut query = world.query::<(
+        Option<&Mesh>,
+        Option<&PolygonMesh>,
+        Has<SceneId>,
+        Has<Imported>,
+    )>();
+    query
+        .iter(world)
+        .filter(|(.., scene, imported)| !of_scene || *scene || *imported)
+        .flat_map(|(mesh, polygon, ..)| [mesh.map(|m| m.0), polygon.map(|p| p.0)])
+        .flatten()
+        .collect()
+}
+
+/// Puts a scene into a world that has none.
+pub fn spawn(world: &mut World, resolved: Resolved) {
+    let Resolved { scene, models } = resolved;
+    world.insert_resource(Background(scene.background));
+    world.insert_resource(TraceDepth(scene.max_generations));
+    let mut spawner = Spawner {
+        models,
+        meshes: HashMap::new(),
+        imported: HashMap::new(),
+        taken: HashSet::new(),
+        ids: Ids::default(),
+    };
+    spawner.take_ids(&scene.entities);
+    let mut roots = SceneRoots::default();
+    for (id, material) in &scene.materials {
+        let name = Name::new(id.value.clone());
+        let entity = world
+            .spawn((SceneId(id.value.clone()), name, *material))
+            .id();
+        spawner.ids.materials.insert(id.value.clone(), entity);
+        roots.materials.push(entity);
+    }
+    for entity in &scene.entities {
+        roots.entities.push(spawner.entity(world, entity, None));
+    }
+    let active = scene
+        .active_camera
+        .and_then(|id| spawner.ids.entities.get(&id.value).copied());
+    world.insert_resource(ActiveCamera(active));
+    let timeline = Timeline::compile(scene.timeline, &spawner.ids, world);
+    world.insert_resource(timeline);
+    world.insert_resource(roots);
+}
+
+struct Spawner {
+    models: HashMap<MeshKey, Model>,
+    /// Parts of a model that is in the store already.
+    meshes: HashMap<MeshKey, Vec<(String, MeshId, Option<Entity>)>>,
+    /// Materials of a file that the scene does not name itself.
+    imported: HashMap<(String, String), Entity>,
+    taken: HashSet<String>,
+    ids: Ids,
+}
+
+impl Spawner {
+    fn take_ids(&mut self, entities: &[schema::Entity]) {
+        for entity in entities {
+            self.taken
+                .extend(entity.id.as_ref().map(|id| id.value.clone()));
+            self.take_ids(&entity.children);
+        }
+    }
+
+    /// The entity's id, or the first free one of its kind.
+    fn id_of(&mut self, entity: &schema::Entity) -> String {
+        if let Some(id) = &entity.id {
+            return id.value.clone();
+        }
+        let kind = match (&entity.shape, &entity.light, &entity.camera) {
+            (Some(Shape::Sphere(_)), ..) => "sphere",
+            (Some(Shape::Plane(_)), ..) => "plane",
+            (Some(Shape::Box(_)), ..) => "box",
+            (Some(Shape::Polygon(_)), ..) => "polygon",
+            (Some(Shape::Mesh(_)), ..) => "mesh",
+            (None, Some(_), _) => "light",
+            (None, None, Some(_)) => "camera",
+            (None, None, None) => "group",
+        };
+        let mut number = self.taken.len() + 1;
+        loop {
+            let id = format!("{kind} {number}");
+            if self.taken.insert(id.clone()) {
+                return id;
+            }
+            number += 1;
+        }
+    }
+
+    fn entity(
+        &mut self,
+        world: &mut World,
+        file: &schema::Entity,
+        parent: Option<Entity>,
+    ) -> Entity {
+        let id = self.id_of(file);
+        let name = file.name.clone().unwrap_or_else(|| id.clone());
+        let entity = world
+            .spawn((
+                SceneId(id.clone()),
+                Name::new(name),
+                file.pose.transform,
+                Visibility {
+                    shown: !file.hidden,
+                },
+            ))
+            .id();
+        self.ids.entities.insert(id, entity);
+        let material = file
+            .material
+            .as_ref()
+            .and_then(|id| self.ids.materials.get(&id.value));
+        let material = material.copied();
+        let mut spawned = world.entity_mut(entity);
+        if let Some(parent) = parent {
+            spawned.insert(ChildOf(parent));
+        }
+        if let Some(shear) = file.pose.shear {
+            spawned.insert(shear);
+        }
+        if let Some(material) = material {
+            spawned.insert(Surface(material));
+        }
+        match file.light {
+            Some(Light::Point(light)) => drop(spawned.insert(light)),
+            Some(Light::Directional(light)) => drop(spawned.insert(light)),
+            Some(Light::Spot(light)) => drop(spawned.insert(light)),
+            None => {}
+        }
+        if let Some(camera) = file.camera {
+            spawned.insert(camera);
+        }
+        match &file.shape {
+            Some(Shape::Sphere(sphere)) => drop(spawned.insert(*sphere)),
+            Some(Shape::Plane(plane)) => drop(spawned.insert(*plane)),
+            Some(Shape::Box(cuboid)) => drop(spawned.insert(*cuboid)),
+            Some(Shape::Polygon(polygon)) => drop(spawned.insert(polygon.clone())),
+            Some(Shape::Mesh(mesh)) => self.mesh(world, entity, mesh, material),
+            None => {}
+        }
+        for child in &file.children {
+            self.entity(world, child, Some(entity));
+        }
+        entity
+    }
+
+    /// The parts of a mesh file, on the entity or on children of it.
+    fn mesh(
+        &mut self,
+        world: &mut World,
+        entity: Entity,
+        mesh: &MeshFile,
+        material: Option<Entity>,
+    ) {
+        let parts = self.parts(world, mesh);
+        world.entity_mut(entity).insert(MeshSource {
+            path: mesh.path.value.clone(),
+            smooth_angle: mesh.smooth_angle,
+        });
+        let single = parts.len() == 1;
+        for (name, id, own_material) in parts {
+            let part = if single {
+                entity
+            } else {
+                world
+                    .spawn((
+                        ChildOf(entity),
+                        Name::new(name),
+                        Transform::IDENTITY,
+                        Imported,
+                    ))
+                    .id()
+            };
+            let mut part = world.entity_mut(part);
+            part.insert(Mesh(id));
+            if let Some(material) = material.or(own_material) {
+                part.insert(Surface(material));
+            }
+        }
+    }
+
+    /// Name, mesh and material of each part of a file; the meshes are stored at its first use.
+    fn parts(
+        &mut self,
+        world: &mut World,
+        mesh: &MeshFile,
+    ) -> Vec<(String, MeshId, Option<Entity>)> {
+        let key = mesh_key(&mesh.path.value, mesh.smooth_angle);
+        if let Some(model) = self.models.remove(&key) {
+            let parts = model.parts.into_iter().map(|part| {
+                let material = part.material.and_then(|row| model.materials.get(row));
+                let material = material.map(|entry| self.imported_material(world, &key.0, entry));
+                let mut data = part.mesh;
+                data.path.clone_from(&key.0);
+                let name = data.name.clone();
+                (
+                    name,
+                    world.get_resource_or_init::<Meshes>().add(data),
+                    material,
+                )
+            });
+            let parts = parts.collect();
+            self.meshes.insert(key.clone(), parts);
+        }
+        self.meshes.get(&key).cloned().unwrap_or_default()
+    }
+
+    /// The entity of a file's material; one of the same name in the scene file stands in for it.
+    fn imported_material(
+        &mut self,
+        world: &mut World,
+        path: &str,
+        (name, material): &(String, Material),
+    ) -> Entity {
+        if let Some(&own) = self.ids.materials.get(name) {
+            return own;
+        }
+        *self
+            .imported
+            .entry((path.to_owned(), name.clone()))
+            .or_insert_with(|| {
+                world
+                    .spawn((Name::new(name.clone()), *material, Imported))
+                    .id()
+            })
+    }
+}

@@ -1,0 +1,154 @@
+//! The timeline at work: once a frame, in [`FrameSet::Simulate`], it writes the fields it keys.
+//!
+//! A pose is a pure function of [`Time::secs`]: no state is carried from frame to frame, so frame N is the
+//! same however it was reached, and after a loop it is the same bit for bit. The order within a frame:
+//! tracks, then positions of paths, then what paths look at, each after the movers above it or its target.
+//! A frame at the same time as the last writes nothing, so that a paused scene can be edited.
+
+mod curve;
+mod look;
+
+pub use curve::Curve;
+pub(super) use look::sorted;
+
+use std::collections::HashMap;
+
+use bevy_ecs::prelude::*;
+use glam::DVec3;
+
+use super::fields::{self, Field, Value};
+use super::schema;
+use crate::time::Time;
+use crate::world::Transform;
+use look::Look;
+
+/// What moves by itself; empty: nothing does.
+#[derive(Resource, Default, Debug)]
+pub struct Timeline {
+    /// As it was read, for saving.
+    pub source: schema::Timeline,
+    tracks: Vec<TrackPlayer>,
+    paths: Vec<PathPlayer>,
+    /// Paths that look at something, in an order in which each finds its world position settled.
+    looks: Vec<Look>,
+    /// Bits of the time last written; none: not yet.
+    played: Option<u64>,
+}
+
+#[derive(Debug)]
+struct TrackPlayer {
+    entity: Entity,
+    field: &'static Field,
+    curve: Curve,
+}
+
+#[derive(Debug)]
+struct PathPlayer {
+    entity: Entity,
+    curve: Curve,
+}
+
+/// Entities by id, as tracks name them.
+#[derive(Default, Debug)]
+pub(super) struct Ids {
+    pub entities: HashMap<String, Entity>,
+    pub materials: HashMap<String, Entity>,
+}
+
+impl Timeline {
+    /// Compiles a checked timeline to fields and curves; a target that is not there is left out.
+    pub(super) fn compile(source: schema::Timeline, ids: &Ids, world: &World) -> Self {
+        let tracks = source.tracks.iter().filter_map(|track| {
+            let field = fields::find(&track.field.value).ok()?;
+            let table = if field.is_material() {
+                &ids.materials
+            } else {
+                &ids.entities
+            };
+            Some(TrackPlayer {
+                entity: *table.get(&track.target.value)?,
+                field,
+                curve: Curve::new(&track.keys, track.repeat)?,
+            })
+        });
+        let paths = source.paths.iter().filter_map(|path| {
+            Some(PathPlayer {
+                entity: *ids.entities.get(&path.target.value)?,
+                curve: Curve::new(&path.keys, path.repeat)?,
+            })
+        });
+        Self {
+            tracks: tracks.collect(),
+            paths: paths.collect(),
+            looks: look::ordered(&source.paths, ids, world),
+            source,
+            played: None,
+        }
+    }
+
+    /// Seconds until it starts again; none: it never does.
+    pub fn length(&self) -> Option<f64> {
+        self.source.length
+    }
+
+    /// Time of its last key.
+    pub fn last_key(&self) -> f64 {
+        last_key(&self.source)
+    }
+}
+
+/// Time of the last key of all.
+pub(super) fn last_key(timeline: &schema::Timeline) -> f64 {
+    let tracks = timeline.tracks.iter().map(|track| &track.keys);
+    let paths = timeline.paths.iter().map(|path| &path.keys);
+    tracks
+        .chain(paths)
+        .filter_map(|keys| keys.last())
+        .fold(0.0, |last, key| last.max(key.time))
+}
+
+/// Writes the fields of this frame's time; a system of [`crate::schedule::FrameSet::Simulate`].
+pub fn play_timeline(world: &mut World) {
+    let secs = world.resource::<Time>().secs;
+    let timeline = world.resource::<Timeline>();
+    if timeline.played == Some(secs.to_bits()) || timeline.source == schema::Timeline::default() {
+        return;
+    }
+    world.resource_scope(|world, mut timeline: Mut<Timeline>| {
+        timeline.played = Some(secs.to_bits());
+        pose(world, &timeline, secs);
+    });
+}
+
+/// Puts the world into the pose of a time.
+fn pose(world: &mut World, timeline: &Timeline, secs: f64) {
+    let secs = match timeline.source.length {
+        Some(length) => secs.rem_euclid(length),
+        None => secs,
+    };
+    for track in &timeline.tracks {
+        // An entity that lost the component, or is gone, is left alone.
+        let _ = track.field.set(world, track.entity, &track.curve.at(secs));
+    }
+    for path in &timeline.paths {
+        let _ = fields::position().set(world, path.entity, &path.curve.at(secs));
+    }
+    for look in &timeline.looks {
+        look.turn(world);
+    }
+}
+
+/// The value of a rotation field from a pose.
+fn set_rotation(world: &mut World, entity: Entity, pose: &Transform) {
+    if let Ok(field) = fields::find("transform.rotation") {
+        let _ = field.set(world, entity, &Value::Rotation(pose.rotation));
+    }
+}
+
+/// World position of an entity's origin from this frame's transforms.
+fn world_position(world: &World, entity: Entity) -> DVec3 {
+    look::world_from_local(world, entity).translation
+}
+
+#[cfg(test)]
+mod tests;
