@@ -39,6 +39,10 @@ pub const LIGHT_SPOT: u32 = 2;
 pub const PROJECTION_PERSPECTIVE: u32 = 0;
 /// [`ViewRow::projection`]: parallel rays.
 pub const PROJECTION_ORTHOGRAPHIC: u32 = 1;
+/// [`PassRow::query`]: the nearest hit.
+pub const QUERY_CLOSEST: u32 = 0;
+/// [`PassRow::query`]: whether there is any hit.
+pub const QUERY_ANY: u32 = 1;
 /// Media a ray can be inside of at once; one more is counted in [`CounterRow::media_overflows`].
 pub const MEDIA_CAPACITY: u32 = 8;
 /// Generations a path can have, whatever the scene asks: the size of the stack of deferred rays.
@@ -75,6 +79,20 @@ pub struct ViewRow {
     pub light_count: u32,
     /// Root of the instance tree among the nodes; [`NONE`]: no instances but planes.
     pub root: u32,
+}
+
+/// The uniform of one dispatch: a part of the picture or of the rays.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PassRow {
+    /// Pictures: first row of pixels.
+    pub first: u32,
+    /// Rows of pixels, or rays.
+    pub count: u32,
+    /// Rays: `QUERY_*`.
+    pub query: u32,
+    /// Room for one more number.
+    pub spare: u32,
 }
 
 /// A shape in render space.
@@ -151,8 +169,8 @@ pub struct MaterialRow {
     pub specular_exponent: f32,
     /// Untinted share that passes.
     pub transmit: f32,
-    /// Tinted share that passes.
-    pub filter: f32,
+    /// Tinted share that passes (`filter` is a reserved word of WGSL).
+    pub filtered: f32,
     /// Index of refraction.
     pub ior: f32,
     /// `MATERIAL_*`.

@@ -1,0 +1,174 @@
+//! The WGSL sources, put together for what a scene needs.
+//!
+//! Composition (`#import`, `#ifdef`) is naga_oil's and stays in this file: everybody else gets plain WGSL
+//! from [`shader_source`]. The sources are embedded; a program carries its shaders.
+
+use std::collections::HashMap;
+
+use naga::valid::{Capabilities, ValidationFlags, Validator};
+use naga_oil::compose::{
+    ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue,
+};
+
+use crate::frame::Features;
+use crate::frame::wire::GENERATIONS_CAPACITY;
+
+/// A kernel: a file of `shaders/` with one entry point of the same name.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Kernel {
+    /// Pictures.
+    Whitted,
+    /// Rays from a buffer.
+    Intersect,
+}
+
+impl Kernel {
+    /// All kernels.
+    pub const ALL: [Self; 2] = [Self::Whitted, Self::Intersect];
+
+    /// File stem and entry point.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Whitted => "whitted",
+            Self::Intersect => "intersect",
+        }
+    }
+
+    fn source(self) -> &'static str {
+        match self {
+            Self::Whitted => include_str!("../../../../shaders/whitted.wgsl"),
+            Self::Intersect => include_str!("../../../../shaders/intersect.wgsl"),
+        }
+    }
+}
+
+/// The rows that host and device share, as their one WGSL file states them.
+pub const TYPES_SOURCE: &str = include_str!("../../../../shaders/shared/types.wgsl");
+
+macro_rules! shared {
+    ($($name:literal),* $(,)?) => {
+        [$(($name, include_str!(concat!("../../../../shaders/shared/", $name, ".wgsl")))),*]
+    };
+}
+
+/// `shaders/shared`, each after what it imports.
+const SHARED: [(&str, &str); 13] = shared![
+    "types", "scene", "affine", "slab", "triangle", "sphere", "cuboid", "traverse", "surface",
+    "counters", "light", "media", "path",
+];
+
+/// What a kernel is specialised by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub struct Specialisation {
+    /// What the scene needs.
+    pub features: Features,
+    /// Room for deferred rays; see [`Specialisation::new`].
+    pub deferred_slots: u32,
+}
+
+impl Specialisation {
+    /// For a scene and a number of generations. One slot a generation would do; the next power of two
+    /// from 4 on is taken, so that a slider for the depth does not compile a kernel a step.
+    pub fn new(features: Features, max_generations: u32) -> Self {
+        let slots = max_generations.clamp(4, GENERATIONS_CAPACITY);
+        Self {
+            features,
+            deferred_slots: slots.next_power_of_two(),
+        }
+    }
+
+    fn definitions(self) -> HashMap<String, ShaderDefValue> {
+        let f = self.features;
+        let flags = [
+            // Total internal reflection mirrors where nothing else does.
+            ("REFLECTION", f.reflection || f.transmission),
+            ("TRANSMISSION", f.transmission),
+            ("SCATTERS", f.reflection || f.transmission),
+            ("DEFERS", f.reflection && f.transmission),
+            ("SMOOTH_NORMALS", f.smooth_normals),
+            ("MESHES", f.meshes),
+            ("SPHERES", f.spheres),
+            ("PLANES", f.planes),
+            ("CUBOIDS", f.cuboids),
+            ("SPOT_LIGHTS", f.spot_lights),
+            ("DIRECTIONAL_LIGHTS", f.directional_lights),
+            ("FADE", f.fade),
+        ];
+        let mut definitions: HashMap<_, _> = flags
+            .into_iter()
+            .filter(|(_, needed)| *needed)
+            .map(|(name, _)| (name.to_owned(), ShaderDefValue::Bool(true)))
+            .collect();
+        let slots = ShaderDefValue::UInt(self.deferred_slots);
+        definitions.insert("DEFERRED_SLOTS".to_owned(), slots);
+        definitions
+    }
+}
+
+/// Puts a kernel together as one validated module.
+///
+/// # Errors
+/// Where the shader is wrong, in naga's words. Shipped shaders compose; a test tries them.
+pub fn shader_module(kernel: Kernel, special: Specialisation) -> Result<naga::Module, String> {
+    let definitions = special.definitions();
+    let mut composer = Composer::default().with_capabilities(Capabilities::empty());
+    for (name, source) in SHARED {
+        let added = composer
+            .add_composable_module(ComposableModuleDescriptor {
+                source,
+                file_path: &format!("shaders/shared/{name}.wgsl"),
+                shader_defs: definitions.clone(),
+                ..ComposableModuleDescriptor::default()
+            })
+            .map(|_| ());
+        added.map_err(|error| error.emit_to_string(&composer))?;
+    }
+    composer
+        .make_naga_module(NagaModuleDescriptor {
+            source: kernel.source(),
+            file_path: &format!("shaders/{}.wgsl", kernel.name()),
+            shader_defs: definitions,
+            ..NagaModuleDescriptor::default()
+        })
+        .map_err(|error| error.emit_to_string(&composer))
+}
+
+/// The kernel as plain WGSL.
+///
+/// # Errors
+/// As [`shader_module`].
+pub fn shader_source(kernel: Kernel, special: Specialisation) -> Result<String, String> {
+    let module = shader_module(kernel, special)?;
+    let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .map_err(|error| format!("{}: {error:?}", kernel.name()))?;
+    naga::back::wgsl::write_string(&module, &info, naga::back::wgsl::WriterFlags::empty())
+        .map_err(|error| format!("{}: {error}", kernel.name()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kernels_compose_with_nothing_and_with_everything() {
+        let all = Features {
+            reflection: true,
+            transmission: true,
+            smooth_normals: true,
+            meshes: true,
+            spheres: true,
+            planes: true,
+            cuboids: true,
+            spot_lights: true,
+            directional_lights: true,
+            fade: true,
+        };
+        for kernel in Kernel::ALL {
+            for features in [Features::default(), all] {
+                let source = shader_source(kernel, Specialisation::new(features, 8));
+                assert!(source.is_ok(), "{}", source.unwrap_err());
+            }
+        }
+    }
+}

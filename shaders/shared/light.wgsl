@@ -1,0 +1,149 @@
+// What: light that reaches a surface from the lamps (POV-Ray's model, ACCURACY B.4), with tinted shadows.
+// Reads: lights, materials, instances and what traverse reads. Writes: the count of shadow rays.
+// Twin: engine/src/trace/cpu/light.rs.
+#define_import_path orrery::light
+
+#import orrery::types::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow, MaterialRow, NONE}
+#import orrery::scene::{instances, lights, materials, view}
+#import orrery::affine::unit_or
+#import orrery::slab::FARTHEST
+#import orrery::surface::{Surface, origin_towards}
+#import orrery::traverse::{Probe, SEES_OPAQUE, SEES_TRANSPARENT, key_after, key_before, trace}
+#import orrery::counters::shadow_rays
+
+// Below this cosine a light does not count (the model's own bound).
+const LEAST_COSINE: f32 = 1e-10;
+
+// The line from a surface to a light; `dir` is unit.
+struct Beam {
+    dir: vec3f,
+    distance: f32,
+}
+
+// Emission, and what every light adds, seen along `dir`.
+fn local_light(surface: Surface, dir: vec3f) -> vec3f {
+    let material = materials[surface.material];
+    let opaque = 1.0 - material.filtered - material.transmit;
+    var sum = material.color * (material.emission * opaque);
+    if material.diffuse * opaque == 0.0 && material.phong_strength == 0.0 && material.specular_strength == 0.0 {
+        return sum;
+    }
+    for (var index = 0u; index < view.light_count; index++) {
+        let light = lights[index];
+        let beam = beam_to(light, surface.position);
+        let cosine = dot(surface.n_shade, beam.dir);
+        if cosine < LEAST_COSINE || dot(surface.n_geom, beam.dir) < LEAST_COSINE {
+            continue;
+        }
+        let strength = beam_strength(light, beam);
+        let answer = material.color * (material.diffuse * opaque * cosine)
+            + vec3f(highlights(material, surface.n_shade, dir, beam.dir));
+        if all(strength == vec3f(0.0)) || all(answer == vec3f(0.0)) {
+            continue;
+        }
+        sum += shadow(surface, light, beam.dir) * strength * answer;
+    }
+    return sum;
+}
+
+fn beam_to(light: LightRow, point: vec3f) -> Beam {
+#ifdef DIRECTIONAL_LIGHTS
+    if light.kind == LIGHT_DIRECTIONAL {
+        return Beam(light.position, FARTHEST);
+    }
+#endif
+    let line = light.position - point;
+    let distance = length(line);
+    return Beam(line / max(distance, 1.17549435e-38), distance);
+}
+
+// The light's colour after fading and its cone.
+fn beam_strength(light: LightRow, beam: Beam) -> vec3f {
+    var factor = 1.0;
+#ifdef FADE
+    if light.fade_distance > 0.0 {
+        factor = 2.0 / (1.0 + power(beam.distance / light.fade_distance, light.fade_power));
+    }
+#endif
+#ifdef SPOT_LIGHTS
+    if light.kind == LIGHT_SPOT {
+        let cosine = -dot(beam.dir, light.axis);
+        let x = clamp((cosine - light.cos_outer) / (light.cos_inner - light.cos_outer), 0.0, 1.0);
+        factor *= x * x * (3.0 - 2.0 * x);
+    }
+#endif
+    return light.color * factor;
+}
+
+// Phong about the mirrored eye ray, Blinn-Phong about the half vector; neither is tinted.
+fn highlights(material: MaterialRow, normal: vec3f, dir: vec3f, to_light: vec3f) -> f32 {
+    var sum = 0.0;
+    if material.phong_strength != 0.0 {
+        let mirrored = dir - normal * (2.0 * dot(dir, normal));
+        sum += material.phong_strength * power(max(dot(mirrored, to_light), 0.0), material.phong_exponent);
+    }
+    if material.specular_strength != 0.0 {
+        let between = unit_or(to_light - dir, normal);
+        sum += material.specular_strength * power(max(dot(normal, between), 0.0), material.specular_exponent);
+    }
+    return sum;
+}
+
+// How much of a light passes: nothing behind an opaque surface, else the product over the transparent
+// ones in order of (t, id), so that no rounding depends on a tree. Each round's key exceeds the last
+// one's, so the rounds end with the surfaces.
+fn shadow(surface: Surface, light: LightRow, to_light: vec3f) -> vec3f {
+    shadow_rays += 1u;
+    let origin = origin_towards(surface, to_light);
+    let beam = beam_to(light, origin);
+    var probe = Probe(
+        origin, beam.dir, key_after(0.0), key_before(beam.distance),
+        surface.id, surface.prim, SEES_OPAQUE, true,
+    );
+    var passed = vec3f(1.0);
+    loop {
+        let found = trace(probe);
+#ifdef TRANSMISSION
+        if probe.any {
+            if found.row != NONE {
+                return vec3f(0.0);
+            }
+            probe.sees = SEES_TRANSPARENT;
+            probe.any = false;
+            continue;
+        }
+        if found.row == NONE {
+            return passed;
+        }
+        let material = materials[instances[found.row].material];
+        passed *= material.color * material.filtered + vec3f(material.transmit);
+        if all(passed == vec3f(0.0)) {
+            return passed;
+        }
+        probe.after = found.key;
+#else
+        return select(passed, vec3f(0.0), found.row != NONE);
+#endif
+    }
+    return passed;
+}
+
+// base^exponent, base >= 0: whole exponents by repeated multiplication (`pow` may be 6e-5 off), others by
+// exp2 and log2.
+fn power(base: f32, exponent: f32) -> f32 {
+    if fract(exponent) != 0.0 || exponent < 0.0 || exponent > 65536.0 {
+        if base <= 0.0 {
+            return 0.0;
+        }
+        return exp2(log2(base) * exponent);
+    }
+    var result = 1.0;
+    var square = base;
+    for (var bits = u32(exponent); bits > 0u; bits >>= 1u) {
+        if (bits & 1u) == 1u {
+            result *= square;
+        }
+        square *= square;
+    }
+    return result;
+}

@@ -1,0 +1,277 @@
+// What: one camera ray and all that follows from it: Whitted's recursion as a loop with a stack.
+// Reads: materials and what traverse and light read. Writes: counts of rays, its own stack.
+// Twin: engine/src/trace/cpu/path.rs.
+#define_import_path orrery::path
+
+#import orrery::types::{MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, MaterialRow, NONE, STRAIGHT_CAPACITY}
+#import orrery::scene::{materials, view}
+#import orrery::affine::unit_or
+#import orrery::slab::FARTHEST
+#import orrery::surface::{Surface, origin_towards, resolve}
+#import orrery::traverse::{Probe, SEES_ALL, key_after, key_before, trace}
+#import orrery::light::local_light
+#ifdef REFLECTION
+#import orrery::counters::reflected_rays
+#endif
+#ifdef TRANSMISSION
+#import orrery::counters::{media_overflows, refracted_rays, straight_overflows}
+#import orrery::media::{Media, cross_boundary, index_ratio}
+#endif
+
+// Two indices closer than this, relatively, are one: the ray goes straight on.
+const SAME_INDEX: f32 = 1e-6;
+
+// A ray on its way, and its share of the pixel.
+struct Travel {
+    origin: vec3f,
+    generation: u32,
+    dir: vec3f,
+    start_id: u32,
+    weight: vec3f,
+    start_prim: u32,
+#ifdef TRANSMISSION
+    straight: u32,
+    media: Media,
+#endif
+}
+
+#ifdef DEFERS
+// One slot a generation: a deferred ray's slot is its parent hit's, and the followed ray's subtree ends
+// before it is taken up.
+const DEFERRED_SLOTS: u32 = #{DEFERRED_SLOTS}u;
+var<private> deferred: array<Travel, DEFERRED_SLOTS>;
+#endif
+
+// A camera ray; `dir` is unit.
+fn camera_travel(origin: vec3f, dir: vec3f) -> Travel {
+    var ray: Travel;
+    ray.origin = origin;
+    ray.generation = 1u;
+    ray.dir = dir;
+    ray.start_id = NONE;
+    ray.weight = vec3f(1.0);
+    ray.start_prim = NONE;
+    return ray;
+}
+
+// Linear RGB seen along a camera ray.
+fn radiance(camera_ray: Travel) -> vec3f {
+    var sum = vec3f(0.0);
+    var ray = camera_ray;
+#ifdef DEFERS
+    var waiting = 0u;
+#endif
+    loop {
+        var goes_on = false;
+        let probe = Probe(
+            ray.origin, ray.dir, key_after(0.0), key_before(FARTHEST),
+            ray.start_id, ray.start_prim, SEES_ALL, false,
+        );
+        let found = trace(probe);
+        if found.row == NONE {
+            sum += ray.weight * view.background;
+        } else {
+            let surface = resolve(found, ray.origin, ray.dir);
+            sum += ray.weight * local_light(surface, ray.dir);
+#ifdef SCATTERS
+            let scattered = scatter(ray, surface);
+            goes_on = scattered.follows;
+            ray = scattered.followed;
+#ifdef DEFERS
+            if scattered.defers && waiting < DEFERRED_SLOTS {
+                deferred[waiting] = scattered.deferred;
+                waiting += 1u;
+            }
+#endif
+#endif
+        }
+#ifdef DEFERS
+        if !goes_on && waiting > 0u {
+            waiting -= 1u;
+            ray = deferred[waiting];
+            goes_on = true;
+        }
+#endif
+        if !goes_on {
+            break;
+        }
+    }
+    return sum;
+}
+
+#ifdef SCATTERS
+// The rays that leave a surface: one to follow now, one to take up after its subtree.
+struct Scattered {
+    follows: bool,
+    followed: Travel,
+#ifdef DEFERS
+    defers: bool,
+    deferred: Travel,
+#endif
+}
+
+fn scatter(ray: Travel, surface: Surface) -> Scattered {
+    var out: Scattered;
+    out.followed = ray;
+    let material = materials[surface.material];
+    if (material.flags & (MATERIAL_FRESNEL | MATERIAL_MIRROR | MATERIAL_TRANSMITS)) == 0u {
+        return out;
+    }
+    let eta = crossing_ratio(ray, surface, material);
+    let cosine = clamp(-dot(ray.dir, surface.n_shade), 0.0, 1.0);
+    var reflected = vec3f(0.0);
+    var passed = vec3f(0.0);
+    if (material.flags & MATERIAL_TRANSMITS) != 0u {
+        passed = material.color * material.filtered + vec3f(material.transmit);
+    }
+    if (material.flags & MATERIAL_FRESNEL) != 0u {
+        let share = fresnel(eta, cosine);
+        reflected = vec3f(share);
+        passed *= 1.0 - share;
+    } else if (material.flags & MATERIAL_MIRROR) != 0u {
+        reflected = material.reflection;
+    }
+#ifdef TRANSMISSION
+    if any(passed > vec3f(0.0)) {
+        let k = 1.0 + eta * eta * (cosine * cosine - 1.0);
+        if abs(eta - 1.0) < SAME_INDEX {
+            out = straight_on(ray, surface, material, passed);
+        } else if k < 0.0 {
+            // Total internal reflection takes everything.
+            reflected = vec3f(1.0);
+        } else {
+            let bent = ray.dir * eta + surface.n_shade * (eta * cosine - sqrt(k));
+            out = refracted(ray, surface, material, unit_or(bent, ray.dir), passed);
+        }
+    }
+#endif
+#ifdef REFLECTION
+    let weight = ray.weight * reflected;
+    if any(reflected > vec3f(0.0)) && may_spawn(ray, weight) {
+        reflected_rays += 1u;
+        out = with_mirrored(out, ray, spawn(ray, surface, mirror(ray.dir, surface), weight));
+    }
+#endif
+    return out;
+}
+
+// Index of refraction here over there.
+fn crossing_ratio(ray: Travel, surface: Surface, material: MaterialRow) -> f32 {
+#ifdef TRANSMISSION
+    return index_ratio(ray.media, surface.id, material.ior);
+#else
+    return 1.0 / material.ior;
+#endif
+}
+
+// Rays past the last generation are black, rays without weight too.
+fn may_spawn(ray: Travel, weight: vec3f) -> bool {
+    return ray.generation < view.max_generations && any(weight != vec3f(0.0));
+}
+
+// A ray of the next generation.
+fn spawn(ray: Travel, surface: Surface, dir: vec3f, weight: vec3f) -> Travel {
+    var next = ray;
+    next.origin = origin_towards(surface, dir);
+    next.generation = ray.generation + 1u;
+    next.dir = dir;
+    next.start_id = surface.id;
+    next.weight = weight;
+    next.start_prim = surface.prim;
+#ifdef TRANSMISSION
+    next.straight = 0u;
+#endif
+    return next;
+}
+
+// Unpolarised Fresnel reflectance for eta = n_from / n_to (ACCURACY B.5); 1 in total reflection.
+fn fresnel(eta: f32, cosine: f32) -> f32 {
+    let g_squared = 1.0 / (eta * eta) + cosine * cosine - 1.0;
+    if g_squared <= 0.0 {
+        return 1.0;
+    }
+    let g = sqrt(g_squared);
+    let plus = g + cosine;
+    let minus = g - cosine;
+    let s = minus / plus;
+    let p = (cosine * plus - 1.0) / (cosine * minus + 1.0);
+    return clamp(0.5 * s * s * (1.0 + p * p), 0.0, 1.0);
+}
+
+#ifdef REFLECTION
+// The mirrored direction about the shading normal, or about the face's where that would dip below it.
+fn mirror(dir: vec3f, surface: Surface) -> vec3f {
+    let smooth_dir = mirror_about(dir, surface.n_shade);
+    if dot(smooth_dir, surface.n_geom) > 0.0 {
+        return smooth_dir;
+    }
+    return mirror_about(dir, surface.n_geom);
+}
+
+fn mirror_about(dir: vec3f, normal: vec3f) -> vec3f {
+    return unit_or(dir - normal * (2.0 * dot(dir, normal)), normal);
+}
+
+// Adds the mirrored ray: it is followed if it is alone, or if the other one stays in this generation and
+// so may wait in this generation's slot.
+fn with_mirrored(so_far: Scattered, ray: Travel, mirrored: Travel) -> Scattered {
+    var out = so_far;
+#ifdef DEFERS
+    if so_far.follows {
+        out.defers = true;
+        if so_far.followed.generation == ray.generation {
+            out.deferred = so_far.followed;
+        } else {
+            out.deferred = mirrored;
+            return out;
+        }
+    }
+#endif
+    out.follows = true;
+    out.followed = mirrored;
+    return out;
+}
+#endif
+
+#ifdef TRANSMISSION
+fn refracted(ray: Travel, surface: Surface, material: MaterialRow, dir: vec3f, factor: vec3f) -> Scattered {
+    var out: Scattered;
+    out.followed = ray;
+    let weight = ray.weight * factor;
+    if !may_spawn(ray, weight) {
+        return out;
+    }
+    out.follows = true;
+    out.followed = entered(spawn(ray, surface, dir, weight), surface.id, material.ior);
+    return out;
+}
+
+// The same ray beyond a boundary of equal indices, in the same generation; none once it crossed too many.
+fn straight_on(ray: Travel, surface: Surface, material: MaterialRow, factor: vec3f) -> Scattered {
+    var out: Scattered;
+    out.followed = ray;
+    if ray.straight == STRAIGHT_CAPACITY {
+        straight_overflows += 1u;
+        return out;
+    }
+    var onward = spawn(ray, surface, ray.dir, ray.weight * factor);
+    onward.generation = ray.generation;
+    onward.straight = ray.straight + 1u;
+    out.follows = true;
+    out.followed = entered(onward, surface.id, material.ior);
+    return out;
+}
+
+// The ray with its list of media as it is beyond the boundary.
+fn entered(ray: Travel, id: u32, ior: f32) -> Travel {
+    var beyond = ray;
+    let crossed = cross_boundary(ray.media, id, ior);
+    beyond.media = crossed.media;
+    refracted_rays += 1u;
+    if crossed.overflows {
+        media_overflows += 1u;
+    }
+    return beyond;
+}
+#endif
+#endif

@@ -1,0 +1,262 @@
+// What: finding hits: one walk over the two levels of trees for closest, any-hit and shadow rays.
+// Reads: nodes, triangles, instances. Writes: its own stack.
+// Twin: engine/src/trace/cpu/traverse.rs.
+#define_import_path orrery::traverse
+
+#import orrery::types::{CHILD_LEAF, CHILD_NONE, INSTANCE_TRANSMITS, InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, TRAVERSAL_CAPACITY}
+#import orrery::scene::{instances, nodes, triangles, view}
+#import orrery::affine::{map_point, map_vector}
+#import orrery::slab::{SlabRay, enter_children, slab_ray}
+#ifdef MESHES
+#import orrery::triangle::{Shear, hit_triangle, make_shear}
+#endif
+#ifdef SPHERES
+#import orrery::sphere::hit_sphere
+#endif
+#ifdef CUBOIDS
+#import orrery::cuboid::hit_cuboid
+#endif
+
+const SEES_ALL: u32 = 0u;
+const SEES_OPAQUE: u32 = 1u;
+const SEES_TRANSPARENT: u32 = 2u;
+
+// 1 + 8 ulp: a box may begin so far behind the best hit and still hold one that ties with it.
+const REACH: f32 = 1.00000095;
+
+// Orders hits by t, then instance, then primitive: no answer depends on trees.
+struct Key {
+    t: f32,
+    id: u32,
+    prim: u32,
+}
+
+// A ray, and the hits it asks for: those with after < key < before.
+struct Probe {
+    origin: vec3f,
+    dir: vec3f,
+    after: Key,
+    before: Key,
+    // The primitive it starts on, which it cannot hit (a sphere answers with its other root).
+    start_id: u32,
+    start_prim: u32,
+    sees: u32,
+    // Any hit will do.
+    any: bool,
+}
+
+// row == NONE: no hit.
+struct Found {
+    key: Key,
+    row: u32,
+    triangle: u32,
+    uv: vec2f,
+}
+
+// Private rather than local: cleared once an invocation, not once a ray.
+var<private> stack_slot: array<u32, TRAVERSAL_CAPACITY>;
+var<private> stack_near: array<f32, TRAVERSAL_CAPACITY>;
+
+fn key_after(t: f32) -> Key {
+    return Key(t, NONE, NONE);
+}
+
+fn key_before(t: f32) -> Key {
+    return Key(t, 0u, 0u);
+}
+
+fn is_before(a: Key, b: Key) -> bool {
+    return a.t < b.t || (a.t == b.t && (a.id < b.id || (a.id == b.id && a.prim < b.prim)));
+}
+
+fn is_seen(flags: u32, sees: u32) -> bool {
+    let transmits = (flags & INSTANCE_TRANSMITS) != 0u;
+    return sees == SEES_ALL || transmits == (sees == SEES_TRANSPARENT);
+}
+
+// The better of the best so far and a candidate.
+fn offer(probe: Probe, best: Found, candidate: Found) -> Found {
+    if is_before(probe.after, candidate.key) && is_before(candidate.key, best.key) {
+        return candidate;
+    }
+    return best;
+}
+
+// The nearest hit a probe asks for; with `any`, some hit.
+fn trace(probe: Probe) -> Found {
+    var best = Found(probe.before, NONE, NONE, vec2f(0.0));
+#ifdef PLANES
+    best = trace_planes(probe, best);
+#endif
+    if view.root == NONE || (probe.any && best.row != NONE) {
+        return best;
+    }
+    return trace_trees(probe, best);
+}
+
+#ifdef PLANES
+fn trace_planes(probe: Probe, so_far: Found) -> Found {
+    var best = so_far;
+    for (var index = 0u; index < view.plane_count; index++) {
+        let id = instances[index].id;
+        if !is_seen(instances[index].flags, probe.sees) || probe.start_id == id {
+            continue;
+        }
+        let plane = instances[index].local_from_world[0];
+        let along = dot(plane.xyz, probe.dir);
+        if along != 0.0 {
+            let t = (plane.w - dot(plane.xyz, probe.origin)) / along;
+            best = offer(probe, best, Found(Key(t, id, 0u), index, NONE, vec2f(0.0)));
+        }
+    }
+    return best;
+}
+#endif
+
+// One loop over both levels: at a mesh the ray and the tree are changed for the mesh's, and changed back
+// once the stack has shrunk to where it was.
+fn trace_trees(probe: Probe, so_far: Found) -> Found {
+    var best = so_far;
+    let world = slab_ray(probe.origin, probe.dir);
+    var ray = world;
+    var root = view.root;
+    var depth = 0u;
+    var slot = 0u;
+#ifdef MESHES
+    var mesh = NONE;
+    var floor_depth = 0u;
+    var shear: Shear;
+#endif
+    loop {
+        if (slot & CHILD_LEAF) == 0u {
+            let entered = enter_children(nodes[root + slot], ray, probe.after.t, best.key.t * REACH);
+            if entered.slot.w != CHILD_NONE {
+                depth = push(depth, entered.slot.x, entered.near.x);
+                depth = push(depth, entered.slot.y, entered.near.y);
+                depth = push(depth, entered.slot.z, entered.near.z);
+                slot = entered.slot.w;
+                continue;
+            }
+        } else {
+            let first = slot & LEAF_FIRST_MASK;
+#ifdef MESHES
+            if mesh != NONE {
+                let count = ((slot & ~CHILD_LEAF) >> LEAF_COUNT_SHIFT) + 1u;
+                best = offer_triangles(probe, best, mesh, shear, ray.origin, first, count);
+            } else if instances[first].kind == KIND_MESH {
+                if is_seen(instances[first].flags, probe.sees) {
+                    let rows = instances[first].local_from_world;
+                    let dir = map_vector(rows, probe.dir);
+                    ray = slab_ray(map_point(rows, probe.origin), dir);
+                    shear = make_shear(dir);
+                    root = instances[first].root;
+                    mesh = first;
+                    floor_depth = depth;
+                    slot = 0u;
+                    continue;
+                }
+            } else {
+                best = offer_solid(probe, best, first);
+            }
+#else
+            best = offer_solid(probe, best, first);
+#endif
+            if probe.any && best.row != NONE {
+                return best;
+            }
+        }
+        // The next slot that may still hold a better hit.
+        var found_slot = false;
+        loop {
+#ifdef MESHES
+            if mesh != NONE && depth == floor_depth {
+                mesh = NONE;
+                root = view.root;
+                ray = world;
+            }
+#endif
+            if depth == 0u {
+                break;
+            }
+            depth -= 1u;
+            if stack_near[depth] <= best.key.t * REACH {
+                slot = stack_slot[depth];
+                found_slot = true;
+                break;
+            }
+        }
+        if !found_slot {
+            break;
+        }
+    }
+    return best;
+}
+
+// Trees are built to need no more than the capacity; should one ever, its farthest boxes are lost
+// rather than memory.
+fn push(depth: u32, slot: u32, near: f32) -> u32 {
+    if slot == CHILD_NONE || depth >= TRAVERSAL_CAPACITY {
+        return depth;
+    }
+    stack_slot[depth] = slot;
+    stack_near[depth] = near;
+    return depth + 1u;
+}
+
+#ifdef MESHES
+fn offer_triangles(probe: Probe, so_far: Found, mesh: u32, shear: Shear, origin: vec3f, first: u32, count: u32) -> Found {
+    var best = so_far;
+    let id = instances[mesh].id;
+    let base = instances[mesh].first_triangle + first;
+    for (var index = base; index < base + count; index++) {
+        let triangle = triangles[index];
+        let hit = hit_triangle(shear, origin, triangle.a, triangle.b, triangle.c);
+        let starts_on = probe.start_id == id && probe.start_prim == triangle.prim;
+        if hit.hits && !starts_on {
+            best = offer(probe, best, Found(Key(hit.t, id, triangle.prim), mesh, index, vec2f(hit.u, hit.v)));
+        }
+    }
+    return best;
+}
+#endif
+
+// Spheres, ellipsoids and boxes.
+fn offer_solid(probe: Probe, so_far: Found, row: u32) -> Found {
+    var best = so_far;
+    let kind = instances[row].kind;
+    let id = instances[row].id;
+    if !is_seen(instances[row].flags, probe.sees) {
+        return best;
+    }
+#ifdef CUBOIDS
+    if kind == KIND_CUBOID {
+        let rows = instances[row].local_from_world;
+        let hit = hit_cuboid(slab_ray(map_point(rows, probe.origin), map_vector(rows, probe.dir)));
+        let starts_on = hit.hits && probe.start_id == id;
+        if hit.hits && !(starts_on && probe.start_prim == hit.near_face) {
+            best = offer(probe, best, Found(Key(hit.near, id, hit.near_face), row, NONE, vec2f(0.0)));
+        }
+        if hit.hits && !(starts_on && probe.start_prim == hit.far_face) {
+            best = offer(probe, best, Found(Key(hit.far, id, hit.far_face), row, NONE, vec2f(0.0)));
+        }
+        return best;
+    }
+#endif
+#ifdef SPHERES
+    let rows = instances[row].local_from_world;
+    var from_center = probe.origin - rows[0].xyz;
+    var dir = probe.dir;
+    var radius = rows[0].w;
+    if kind == KIND_ELLIPSOID {
+        from_center = map_point(rows, probe.origin);
+        dir = map_vector(rows, probe.dir);
+        radius = 1.0;
+    }
+    let roots = hit_sphere(from_center, dir, radius, probe.start_id == id);
+    if roots.hits {
+        best = offer(probe, best, Found(Key(roots.near, id, 0u), row, NONE, vec2f(0.0)));
+        best = offer(probe, best, Found(Key(roots.far, id, 0u), row, NONE, vec2f(0.0)));
+    }
+#endif
+    return best;
+}

@@ -1,0 +1,63 @@
+// What: the watertight ray-triangle test (Woop, Benthin, Wald, JCGT 2:1, 2013), without f64.
+// Reads: nothing. Writes: nothing.
+// Twin: engine/src/geom/triangle.rs.
+#define_import_path orrery::triangle
+
+// The shear of one ray direction; shared by all its triangles.
+struct Shear {
+    // Longest axis of the direction.
+    axis: u32,
+    // Whether the other two are swapped, which keeps the winding.
+    swapped: bool,
+    shear: vec3f,
+}
+
+struct TriangleHit {
+    hits: bool,
+    t: f32,
+    u: f32,
+    v: f32,
+}
+
+fn make_shear(dir: vec3f) -> Shear {
+    let size = abs(dir);
+    var axis = 2u;
+    if size.x > size.y && size.x > size.z {
+        axis = 0u;
+    } else if size.y > size.z {
+        axis = 1u;
+    }
+    let d = permute(dir, axis, false);
+    let swapped = d.z < 0.0;
+    let along = select(d.xy, d.yx, swapped);
+    return Shear(axis, swapped, vec3f(along.x / d.z, along.y / d.z, 1.0 / d.z));
+}
+
+fn permute(p: vec3f, axis: u32, swapped: bool) -> vec3f {
+    let q = select(select(p, p.zxy, axis == 1u), p.yzx, axis == 0u);
+    return select(q, q.yxz, swapped);
+}
+
+// Each edge is decided by comparing two rounded products of values that both its triangles compute from
+// the same bits; a difference of products might be fused, differently on the two sides. Zero is inside.
+fn hit_triangle(ray: Shear, origin: vec3f, corner_a: vec3f, corner_b: vec3f, corner_c: vec3f) -> TriangleHit {
+    let a = permute(corner_a - origin, ray.axis, ray.swapped);
+    let b = permute(corner_b - origin, ray.axis, ray.swapped);
+    let c = permute(corner_c - origin, ray.axis, ray.swapped);
+    let x = fma(vec3f(-ray.shear.x), vec3f(a.z, b.z, c.z), vec3f(a.x, b.x, c.x));
+    let y = fma(vec3f(-ray.shear.y), vec3f(a.z, b.z, c.z), vec3f(a.y, b.y, c.y));
+    let plus = x.zxy * y.yzx;
+    let minus = y.zxy * x.yzx;
+    let front = all(plus >= minus);
+    if !front && !all(plus <= minus) {
+        return TriangleHit(false, 0.0, 0.0, 0.0);
+    }
+    let difference = plus - minus;
+    let weights = select(min(difference, vec3f(0.0)), max(difference, vec3f(0.0)), front);
+    let det = weights.x + weights.y + weights.z;
+    if det == 0.0 {
+        return TriangleHit(false, 0.0, 0.0, 0.0);
+    }
+    let t = dot(weights, ray.shear.z * vec3f(a.z, b.z, c.z)) / det;
+    return TriangleHit(true, t, clamp(weights.y / det, 0.0, 1.0), clamp(weights.z / det, 0.0, 1.0));
+}

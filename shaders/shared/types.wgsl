@@ -1,0 +1,141 @@
+// What: the rows and constants that host and device share.
+// Reads: nothing. Writes: nothing.
+// Twin: engine/src/frame/wire.rs; a test compares names, order, offsets, sizes and values.
+#define_import_path orrery::types
+
+const NONE: u32 = 0xffffffffu;
+const KIND_MESH: u32 = 0u;
+const KIND_SPHERE: u32 = 1u;
+const KIND_ELLIPSOID: u32 = 2u;
+const KIND_CUBOID: u32 = 3u;
+const KIND_PLANE: u32 = 4u;
+const INSTANCE_TRANSMITS: u32 = 1u;
+const MATERIAL_FRESNEL: u32 = 1u;
+const MATERIAL_MIRROR: u32 = 2u;
+const MATERIAL_TRANSMITS: u32 = 4u;
+const LIGHT_POINT: u32 = 0u;
+const LIGHT_DIRECTIONAL: u32 = 1u;
+const LIGHT_SPOT: u32 = 2u;
+const PROJECTION_PERSPECTIVE: u32 = 0u;
+const PROJECTION_ORTHOGRAPHIC: u32 = 1u;
+const QUERY_CLOSEST: u32 = 0u;
+const QUERY_ANY: u32 = 1u;
+const MEDIA_CAPACITY: u32 = 8u;
+const GENERATIONS_CAPACITY: u32 = 64u;
+const STRAIGHT_CAPACITY: u32 = 256u;
+const TRAVERSAL_CAPACITY: u32 = 96u;
+const CHILD_NONE: u32 = 0xffffffffu;
+const CHILD_LEAF: u32 = 0x80000000u;
+const LEAF_COUNT_SHIFT: u32 = 28u;
+const LEAF_FIRST_MASK: u32 = 0x0fffffffu;
+
+struct ViewRow {
+    forward: vec3f,
+    width: u32,
+    right: vec3f,
+    height: u32,
+    up: vec3f,
+    samples_per_axis: u32,
+    background: vec3f,
+    max_generations: u32,
+    projection: u32,
+    plane_count: u32,
+    light_count: u32,
+    root: u32,
+}
+
+struct PassRow {
+    first: u32,
+    count: u32,
+    query: u32,
+    spare: u32,
+}
+
+struct Node4 {
+    min_x: vec4f,
+    min_y: vec4f,
+    min_z: vec4f,
+    max_x: vec4f,
+    max_y: vec4f,
+    max_z: vec4f,
+    children: vec4u,
+}
+
+struct InstanceRow {
+    local_from_world: array<vec4f, 3>,
+    world_from_local: array<vec4f, 3>,
+    kind: u32,
+    material: u32,
+    root: u32,
+    first_triangle: u32,
+    id: u32,
+    flags: u32,
+    spare: array<u32, 2>,
+}
+
+struct TriangleRow {
+    a: vec3f,
+    prim: u32,
+    b: vec3f,
+    normals: u32,
+    c: vec3f,
+    spare: u32,
+}
+
+struct NormalRow {
+    normal: vec3f,
+    spare: u32,
+}
+
+struct MaterialRow {
+    color: vec3f,
+    diffuse: f32,
+    reflection: vec3f,
+    emission: f32,
+    phong_strength: f32,
+    phong_exponent: f32,
+    specular_strength: f32,
+    specular_exponent: f32,
+    transmit: f32,
+    filtered: f32,
+    ior: f32,
+    flags: u32,
+}
+
+struct LightRow {
+    position: vec3f,
+    kind: u32,
+    color: vec3f,
+    fade_distance: f32,
+    axis: vec3f,
+    fade_power: f32,
+    cos_inner: f32,
+    cos_outer: f32,
+    spare: array<u32, 2>,
+}
+
+struct RayRow {
+    origin: vec3f,
+    t_min: f32,
+    dir: vec3f,
+    t_max: f32,
+}
+
+struct HitRow {
+    t: f32,
+    u: f32,
+    v: f32,
+    instance: u32,
+    prim: u32,
+    spare: array<u32, 3>,
+}
+
+struct CounterRow {
+    primary_rays: atomic<u32>,
+    reflected_rays: atomic<u32>,
+    refracted_rays: atomic<u32>,
+    shadow_rays: atomic<u32>,
+    media_overflows: atomic<u32>,
+    straight_overflows: atomic<u32>,
+    spare: array<u32, 2>,
+}
