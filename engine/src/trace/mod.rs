@@ -18,6 +18,7 @@
 //!    cannot overflow. (Straight-through and reflection: the straight one is deferred.)
 //! 6. A ray past the last generation is black; a miss sees the background.
 
+mod choose;
 pub mod cpu;
 pub mod gpu;
 mod pack;
@@ -25,6 +26,7 @@ mod picture;
 pub mod reference;
 mod systems;
 
+pub use choose::{BackendChoice, open_tracer};
 pub use pack::PackedScene;
 pub use picture::Picture;
 pub use systems::{ActiveTracer, TraceFault, plugin};

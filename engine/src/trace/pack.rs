@@ -367,7 +367,7 @@ fn material_row(material: &Material) -> MaterialRow {
         specular_strength: material.specular.map_or(0.0, |lobe| lobe.strength),
         specular_exponent: material.specular.map_or(1.0, |lobe| lobe.exponent),
         transmit: material.transmit,
-        filter: material.filter,
+        filtered: material.filter,
         ior: material.ior as f32,
         flags,
     }

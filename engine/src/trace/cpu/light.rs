@@ -23,7 +23,7 @@ pub fn local_light(
 ) -> Vec3 {
     let material = surface.material;
     let color = Vec3::from(material.color);
-    let opaque = 1.0 - material.filter - material.transmit;
+    let opaque = 1.0 - material.filtered - material.transmit;
     let mut sum = color * (material.emission * opaque);
     let lit = material.diffuse * opaque != 0.0
         || material.phong_strength != 0.0
@@ -141,7 +141,7 @@ fn shadow(
     while let Some(found) = trace::<false>(scene, &probe, stack) {
         let row = &scene.instances[found.row as usize];
         let material = &scene.materials[row.material as usize];
-        passed *= Vec3::from(material.color) * material.filter + material.transmit;
+        passed *= Vec3::from(material.color) * material.filtered + material.transmit;
         if passed == Vec3::ZERO {
             break;
         }

@@ -106,7 +106,7 @@ fn scatter(
     let mut reflected = Vec3::ZERO;
     let mut passed = Vec3::ZERO;
     if material.flags & MATERIAL_TRANSMITS != 0 {
-        passed = Vec3::from(material.color) * material.filter + material.transmit;
+        passed = Vec3::from(material.color) * material.filtered + material.transmit;
     }
     if material.flags & MATERIAL_FRESNEL != 0 {
         let share = fresnel(crossing.eta, cosine);

@@ -1,10 +1,23 @@
-//! The GPU tracer: one WGSL kernel through wgpu.
+//! The GPU tracer: one WGSL kernel a picture, through wgpu.
+//!
+//! The report (2008) wrote its tracer in CUDA for one maker's cards; here the same algorithm, with the
+//! moving scenes it left out, runs on whatever wgpu reaches. [`Gpu`] is the device, [`GpuTracer`] the
+//! tracer; the shaders are in `shaders/`, whose README has the table of bindings.
 
+mod buffers;
 mod context;
+mod layout;
+mod pipelines;
+mod rays;
+mod report;
 mod shader;
+mod tracer;
+mod upload;
 
 pub use context::{AdapterChoice, Gpu, STORAGE_BUFFERS};
+pub use layout::SCENE_BINDINGS;
 pub use shader::{Kernel, Specialisation, TYPES_SOURCE, shader_module, shader_source};
+pub use tracer::GpuTracer;
 
 /// Where the GPU left the picture: a storage buffer of `size.x * size.y` linear RGBA f32 pixels, top row first.
 #[derive(Clone, Debug)]

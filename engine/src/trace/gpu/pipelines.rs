@@ -1,0 +1,77 @@
+//! Compiled kernels, one for each set of features that was asked for.
+
+use std::collections::HashMap;
+
+use super::context::Gpu;
+use super::layout::Layouts;
+use super::shader::{Kernel, Specialisation, shader_source};
+use crate::frame::Features;
+use crate::trace::TraceError;
+
+/// The cache. Asking waits for the compiler, so no picture depends on how long it takes.
+#[derive(Default)]
+pub struct Pipelines {
+    compiled: HashMap<(Kernel, Specialisation), wgpu::ComputePipeline>,
+}
+
+impl Pipelines {
+    /// The kernel for these needs.
+    ///
+    /// # Errors
+    /// [`TraceError::Device`] if the driver refuses it.
+    pub fn get(
+        &mut self,
+        gpu: &Gpu,
+        layouts: &Layouts,
+        kernel: Kernel,
+        special: Specialisation,
+    ) -> Result<wgpu::ComputePipeline, TraceError> {
+        let special = relevant(kernel, special);
+        if let Some(pipeline) = self.compiled.get(&(kernel, special)) {
+            return Ok(pipeline.clone());
+        }
+        let source = shader_source(kernel, special).map_err(|why| {
+            TraceError::Device(format!(
+                "the shader {} does not compose: {why}",
+                kernel.name()
+            ))
+        })?;
+        let module = gpu
+            .device
+            .create_shader_module(wgpu::ShaderModuleDescriptor {
+                label: Some(kernel.name()),
+                source: wgpu::ShaderSource::Wgsl(source.into()),
+            });
+        let layout = layouts.pipeline(gpu, kernel);
+        let pipeline = gpu
+            .device
+            .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(kernel.name()),
+                layout: Some(&layout),
+                module: &module,
+                entry_point: Some(kernel.name()),
+                compilation_options: wgpu::PipelineCompilationOptions::default(),
+                cache: None,
+            });
+        gpu.check()?;
+        self.compiled.insert((kernel, special), pipeline.clone());
+        Ok(pipeline)
+    }
+}
+
+/// Drops from a specialisation what the kernel does not read, so that it is not compiled twice.
+fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
+    match kernel {
+        Kernel::Whitted => special,
+        Kernel::Intersect => {
+            let shapes = Features {
+                meshes: special.features.meshes,
+                spheres: special.features.spheres,
+                planes: special.features.planes,
+                cuboids: special.features.cuboids,
+                ..Features::default()
+            };
+            Specialisation::new(shapes, 1)
+        }
+    }
+}

@@ -1,0 +1,155 @@
+//! Counters and timestamps of a picture, back on the host without waiting for it.
+//!
+//! A few small buffers take turns: a picture's report is copied into a free one and mapped when the GPU
+//! gets there. If none is free the picture goes unreported.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicU8, Ordering};
+
+use bytemuck::pod_read_unaligned;
+
+use super::buffers::create;
+use super::context::Gpu;
+use crate::frame::wire::CounterRow;
+
+/// Reports under way at once: frames in flight, and one to spare.
+const SLOTS: usize = 4;
+const COUNTERS: u64 = size_of::<CounterRow>() as u64;
+const TIMESTAMPS: u64 = 2 * size_of::<u64>() as u64;
+
+const FREE: u8 = 0;
+const PENDING: u8 = 1;
+const READY: u8 = 2;
+const FAILED: u8 = 3;
+
+/// What came back of a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Report {
+    /// Its counters.
+    pub counters: CounterRow,
+    /// Milliseconds on the device, from first to last; none: the device has no timestamps.
+    pub millis: Option<f64>,
+}
+
+/// See the module.
+pub struct Reports {
+    /// Where kernels count.
+    pub counters: wgpu::Buffer,
+    /// First and last timestamp of a picture.
+    queries: Option<wgpu::QuerySet>,
+    resolved: wgpu::Buffer,
+    slots: Vec<Slot>,
+}
+
+struct Slot {
+    buffer: wgpu::Buffer,
+    state: Arc<AtomicU8>,
+}
+
+impl Reports {
+    /// Buffers, and queries if the device has them.
+    pub fn new(gpu: &Gpu) -> Self {
+        use wgpu::BufferUsages as Usage;
+        let timed = gpu
+            .device
+            .features()
+            .contains(wgpu::Features::TIMESTAMP_QUERY);
+        let queries = timed.then(|| {
+            gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
+                label: Some("first and last"),
+                ty: wgpu::QueryType::Timestamp,
+                count: 2,
+            })
+        });
+        let slot = || Slot {
+            buffer: create(
+                gpu,
+                "report",
+                Usage::MAP_READ | Usage::COPY_DST,
+                COUNTERS + TIMESTAMPS,
+            ),
+            state: Arc::new(AtomicU8::new(FREE)),
+        };
+        let counting = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
+        Self {
+            counters: create(gpu, "counters", counting, COUNTERS),
+            queries,
+            resolved: create(
+                gpu,
+                "timestamps",
+                Usage::QUERY_RESOLVE | Usage::COPY_SRC,
+                TIMESTAMPS,
+            ),
+            slots: (0..SLOTS).map(|_| slot()).collect(),
+        }
+    }
+
+    /// The timestamps that a pass writes, given whether it is a picture's first and its last.
+    pub fn writes(&self, first: bool, last: bool) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+        let query_set = self.queries.as_ref()?;
+        (first || last).then_some(wgpu::ComputePassTimestampWrites {
+            query_set,
+            beginning_of_pass_write_index: first.then_some(0),
+            end_of_pass_write_index: last.then_some(1),
+        })
+    }
+
+    /// Records a picture's report; call [`Reports::request`] with the answer after submitting.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Option<usize> {
+        let free = |slot: &Slot| slot.state.load(Ordering::Acquire) == FREE;
+        let index = self.slots.iter().position(free)?;
+        let buffer = &self.slots[index].buffer;
+        encoder.copy_buffer_to_buffer(&self.counters, 0, buffer, 0, COUNTERS);
+        if let Some(queries) = &self.queries {
+            encoder.resolve_query_set(queries, 0..2, &self.resolved, 0);
+            encoder.copy_buffer_to_buffer(&self.resolved, 0, buffer, COUNTERS, TIMESTAMPS);
+        }
+        Some(index)
+    }
+
+    /// Asks for a recorded and submitted report.
+    pub fn request(&self, index: usize) {
+        let slot = &self.slots[index];
+        slot.state.store(PENDING, Ordering::Release);
+        let state = Arc::clone(&slot.state);
+        slot.buffer
+            .map_async(wgpu::MapMode::Read, .., move |result| {
+                let outcome = if result.is_ok() { READY } else { FAILED };
+                state.store(outcome, Ordering::Release);
+            });
+    }
+
+    /// The newest report that has come back since the last call.
+    pub fn collect(&mut self, gpu: &Gpu) -> Option<Report> {
+        let mut newest: Option<(u64, Report)> = None;
+        for slot in &self.slots {
+            match slot.state.load(Ordering::Acquire) {
+                READY => {
+                    if let Ok(bytes) = slot.buffer.get_mapped_range(..) {
+                        let (end, report) = self.parse(gpu, &bytes);
+                        if newest.is_none_or(|(before, _)| end >= before) {
+                            newest = Some((end, report));
+                        }
+                    }
+                    slot.buffer.unmap();
+                    slot.state.store(FREE, Ordering::Release);
+                }
+                FAILED => slot.state.store(FREE, Ordering::Release),
+                _ => {}
+            }
+        }
+        newest.map(|(_, report)| report)
+    }
+
+    fn parse(&self, gpu: &Gpu, bytes: &[u8]) -> (u64, Report) {
+        let (counters, times) = bytes.split_at(COUNTERS as usize);
+        let [first, last]: [u64; 2] = pod_read_unaligned(times);
+        let ticks = last.saturating_sub(first) as f64;
+        let millis = ticks * f64::from(gpu.queue.get_timestamp_period()) * 1e-6;
+        let report = Report {
+            counters: pod_read_unaligned(counters),
+            millis: self.queries.is_some().then_some(millis),
+        };
+        (last, report)
+    }
+}

@@ -1,0 +1,323 @@
+//! [`GpuTracer`]: the frame's three steps on the device.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::{UVec2, Vec3, Vec4};
+
+use super::DevicePicture;
+use super::buffers::{create, read};
+use super::context::Gpu;
+use super::layout::{Layouts, bind};
+use super::pipelines::Pipelines;
+use super::rays::RayBuffers;
+use super::report::{Report, Reports};
+use super::shader::{Kernel, Specialisation};
+use super::upload::SceneOnDevice;
+use crate::frame::wire::PassRow;
+use crate::frame::{FrameScene, TraceSettings};
+use crate::trace::{
+    Backend, Counters, Hit, PackedScene, PassTime, Picture, Query, Ray, TraceError, Tracer,
+    no_picture_yet,
+};
+
+/// Side of the kernel's square workgroups in pixels.
+const GROUP_SIDE: u32 = 8;
+/// Samples of a dispatch: enough to fill a GPU many times over, few enough that a display driver's
+/// watchdog (seconds) does not take a slow one for dead.
+const BAND_SAMPLES: u64 = 1 << 20;
+
+/// Traces with compute shaders.
+pub struct GpuTracer {
+    pub(super) gpu: Arc<Gpu>,
+    pub(super) layouts: Layouts,
+    pub(super) packed: PackedScene,
+    pub(super) on_device: SceneOnDevice,
+    pub(super) pipelines: Pipelines,
+    pub(super) special: Option<Specialisation>,
+    pub(super) rays: Option<RayBuffers>,
+    target: Option<Target>,
+    reports: Reports,
+    counters: Counters,
+    host_passes: Vec<PassTime>,
+    device_millis: Option<f64>,
+}
+
+/// The picture on the device.
+struct Target {
+    size: UVec2,
+    pixels: wgpu::Buffer,
+    group: wgpu::BindGroup,
+    /// For [`Tracer::picture`]; made when first asked for.
+    staging: Option<wgpu::Buffer>,
+    traced: bool,
+}
+
+impl GpuTracer {
+    /// A tracer on an open device.
+    ///
+    /// # Errors
+    /// [`TraceError::Device`].
+    pub fn new(gpu: Arc<Gpu>) -> Result<Self, TraceError> {
+        let layouts = Layouts::new(&gpu);
+        let tracer = Self {
+            on_device: SceneOnDevice::new(&gpu, &layouts),
+            reports: Reports::new(&gpu),
+            layouts,
+            packed: PackedScene::default(),
+            pipelines: Pipelines::default(),
+            special: None,
+            rays: None,
+            target: None,
+            counters: Counters::default(),
+            host_passes: Vec::new(),
+            device_millis: None,
+            gpu,
+        };
+        tracer.gpu.check()?;
+        Ok(tracer)
+    }
+
+    /// The device it traces on.
+    pub fn gpu(&self) -> &Arc<Gpu> {
+        &self.gpu
+    }
+
+    /// The rows it traces, for benchmarks that hand the same work to others.
+    pub fn packed(&self) -> &PackedScene {
+        &self.packed
+    }
+
+    fn make_target(&mut self, size: UVec2) -> Result<(), TraceError> {
+        if self
+            .target
+            .as_ref()
+            .is_some_and(|target| target.size == size)
+        {
+            return Ok(());
+        }
+        let bytes = u64::from(size.x) * u64::from(size.y) * size_of::<Vec4>() as u64;
+        let limits = self.gpu.device.limits();
+        let most = limits
+            .max_storage_buffer_binding_size
+            .min(limits.max_buffer_size);
+        let groups = size.max_element().div_ceil(GROUP_SIDE);
+        if bytes == 0 || bytes > most || groups > limits.max_compute_workgroups_per_dimension {
+            return Err(TraceError::TooLarge(format!(
+                "a picture of {} x {} pixels does not fit {}: it takes {bytes} bytes of at most {most}; ask for a smaller size",
+                size.x,
+                size.y,
+                self.gpu.describe()
+            )));
+        }
+        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
+        let pixels = create(&self.gpu, "pixels", usage, bytes);
+        let buffers = [&pixels, &self.reports.counters];
+        self.target = Some(Target {
+            size,
+            group: bind(&self.gpu, "picture", &self.layouts.picture, &buffers),
+            pixels,
+            staging: None,
+            traced: false,
+        });
+        Ok(())
+    }
+
+    fn take_report(&mut self) {
+        if let Some(Report { counters, millis }) = self.reports.collect(&self.gpu) {
+            self.device_millis = millis;
+            self.counters = Counters {
+                primary_rays: u64::from(counters.primary_rays),
+                reflected_rays: u64::from(counters.reflected_rays),
+                refracted_rays: u64::from(counters.refracted_rays),
+                shadow_rays: u64::from(counters.shadow_rays),
+                media_overflows: u64::from(counters.media_overflows),
+                straight_overflows: u64::from(counters.straight_overflows),
+                ..self.counters
+            };
+        }
+    }
+
+    /// One submission a band, so that no single one is long.
+    fn submit_bands(
+        &self,
+        pipeline: &wgpu::ComputePipeline,
+        target: &Target,
+        bands: &[PassRow],
+        offsets: &[u32],
+    ) {
+        for (i, (band, offset)) in bands.iter().zip(offsets).enumerate() {
+            let (first, last) = (i == 0, i + 1 == bands.len());
+            let mut encoder = self
+                .gpu
+                .device
+                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+            if first {
+                encoder.clear_buffer(&self.reports.counters, 0, None);
+            }
+            {
+                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                    label: Some(Kernel::Whitted.name()),
+                    timestamp_writes: self.reports.writes(first, last),
+                });
+                pass.set_pipeline(pipeline);
+                pass.set_bind_group(0, &self.on_device.frame, &[*offset]);
+                pass.set_bind_group(1, &self.on_device.scene, &[]);
+                pass.set_bind_group(2, &target.group, &[]);
+                let across = target.size.x.div_ceil(GROUP_SIDE);
+                pass.dispatch_workgroups(across, band.count.div_ceil(GROUP_SIDE), 1);
+            }
+            let report = last.then(|| self.reports.record(&mut encoder)).flatten();
+            self.gpu.queue.submit([encoder.finish()]);
+            if let Some(slot) = report {
+                self.reports.request(slot);
+            }
+        }
+    }
+}
+
+impl Tracer for GpuTracer {
+    fn backend(&self) -> Backend {
+        Backend::Gpu
+    }
+
+    fn device(&self) -> String {
+        self.gpu.describe()
+    }
+
+    fn refit(&mut self, scene: &FrameScene) -> Result<(), TraceError> {
+        let start = Instant::now();
+        self.packed.refit(scene);
+        self.host_passes = vec![PassTime::since("mesh trees", start)];
+        self.gpu.check()
+    }
+
+    fn upload(&mut self, scene: &FrameScene, settings: &TraceSettings) -> Result<(), TraceError> {
+        let start = Instant::now();
+        self.packed.pack(scene, settings);
+        self.host_passes
+            .push(PassTime::since("rows and instance tree", start));
+        let start = Instant::now();
+        let written = self
+            .on_device
+            .upload(&self.gpu, &self.layouts, &self.packed)?;
+        self.host_passes.push(PassTime::since("upload", start));
+        self.counters.bytes_uploaded = written;
+        self.counters.trees_updated = self.packed.trees_updated;
+        let generations = self.packed.view.max_generations;
+        self.special = Some(Specialisation::new(scene.features, generations));
+        self.gpu.check()
+    }
+
+    fn render(&mut self) -> Result<(), TraceError> {
+        let special = self.special.ok_or_else(nothing_uploaded)?;
+        let view = self.packed.view;
+        self.make_target(UVec2::new(view.width, view.height))?;
+        // Reports of earlier pictures; an error here shows in `check` below.
+        let _ = self.gpu.device.poll(wgpu::PollType::Poll);
+        self.take_report();
+        let kernel = Kernel::Whitted;
+        let pipeline = self
+            .pipelines
+            .get(&self.gpu, &self.layouts, kernel, special)?;
+        let bands = bands(view.width, view.height, view.samples_per_axis);
+        let offsets = self
+            .on_device
+            .write_passes(&self.gpu, &self.layouts, &bands)?;
+        if let Some(mut target) = self.target.take() {
+            self.submit_bands(&pipeline, &target, &bands, &offsets);
+            target.traced = true;
+            self.target = Some(target);
+        }
+        self.gpu.check()
+    }
+
+    fn picture(&mut self) -> Result<Picture, TraceError> {
+        let target = self.target.as_mut().filter(|target| target.traced);
+        let target = target.ok_or_else(no_picture_yet)?;
+        let gpu = &self.gpu;
+        let staging = target.staging.get_or_insert_with(|| {
+            let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+            create(gpu, "picture on its way", usage, target.pixels.size())
+        });
+        let mut encoder = gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        encoder.copy_buffer_to_buffer(&target.pixels, 0, staging, 0, target.pixels.size());
+        gpu.queue.submit([encoder.finish()]);
+        let bytes = read(gpu, staging)?;
+        let pixels = bytes
+            .chunks_exact(size_of::<Vec4>())
+            .map(|pixel| {
+                let [r, g, b, _]: [f32; 4] = bytemuck::pod_read_unaligned(pixel);
+                Vec3::new(r, g, b)
+            })
+            .collect();
+        let size = target.size;
+        self.take_report();
+        Ok(Picture { size, pixels })
+    }
+
+    fn device_picture(&self) -> Option<DevicePicture> {
+        let target = self.target.as_ref().filter(|target| target.traced)?;
+        Some(DevicePicture {
+            size: target.size,
+            pixels: target.pixels.clone(),
+        })
+    }
+
+    fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError> {
+        self.answer_rays(rays, query)
+    }
+
+    fn counters(&self) -> Counters {
+        self.counters
+    }
+
+    fn pass_times(&self) -> Vec<PassTime> {
+        let device = self.device_millis.map(|millis| PassTime {
+            name: Kernel::Whitted.name(),
+            millis,
+        });
+        self.host_passes.iter().cloned().chain(device).collect()
+    }
+}
+
+/// What a tracer without a frame says.
+pub(super) fn nothing_uploaded() -> TraceError {
+    TraceError::Device("no frame has been uploaded yet".into())
+}
+
+/// Bands of whole workgroup rows with at most [`BAND_SAMPLES`] samples where that is possible.
+fn bands(width: u32, height: u32, samples_per_axis: u32) -> Vec<PassRow> {
+    let row = u64::from(width) * u64::from(samples_per_axis).pow(2);
+    let rows = (BAND_SAMPLES / row.max(1)) as u32 / GROUP_SIDE * GROUP_SIDE;
+    let rows = rows.clamp(GROUP_SIDE, height.max(GROUP_SIDE));
+    (0..height)
+        .step_by(rows as usize)
+        .map(|first| PassRow {
+            first,
+            count: rows.min(height - first),
+            ..PassRow::default()
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_cover_every_row_once() {
+        for (width, height, n) in [(1, 1, 1), (640, 480, 1), (1920, 1081, 1), (4096, 2160, 8)] {
+            let mut next = 0;
+            for band in bands(width, height, n) {
+                assert_eq!(band.first, next);
+                assert!(band.count > 0);
+                next += band.count;
+            }
+            assert_eq!(next, height);
+        }
+        assert_eq!(bands(1024, 768, 1).len(), 1);
+    }
+}
