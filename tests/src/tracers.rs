@@ -1,20 +1,14 @@
 //! Tracers for tests: opened by name, and one call from a frame to its picture.
 
 use orrery_engine::frame::{FrameScene, TraceSettings};
-use orrery_engine::trace::cpu::CpuTracer;
-use orrery_engine::trace::reference::ReferenceTracer;
-use orrery_engine::trace::{Backend, Picture, TraceError, Tracer};
+use orrery_engine::trace::{Backend, BackendChoice, Picture, TraceError, Tracer, open_tracer};
 
 /// Opens a tracer. For `gpu` any adapter will do, software Vulkan too: tests are about pictures, not speed.
 ///
 /// # Errors
 /// [`TraceError::NoDevice`]: there is no adapter at all. Tests fail then, they do not pass unrun.
 pub fn open(backend: Backend) -> Result<Box<dyn Tracer>, TraceError> {
-    Ok(match backend {
-        Backend::Cpu => Box::new(CpuTracer::new()),
-        Backend::Reference => Box::new(ReferenceTracer::new()),
-        Backend::Gpu => return Err(TraceError::NoDevice("not yet".into())),
-    })
+    open_tracer(BackendChoice::Backend(backend), None, None).map(|(tracer, _)| tracer)
 }
 
 /// The three steps of the frame and the picture.
