@@ -49,9 +49,9 @@ impl AffineRows {
         self.map(|row, _| row.abs().dot(v))
     }
 
-    /// |M| v + |t|.
+    /// t.
     #[inline]
-    pub fn abs_affine(&self, v: Vec3) -> Vec3 {
-        self.map(|row, t| row.abs().dot(v) + t.abs())
+    pub fn translation(&self) -> Vec3 {
+        self.map(|_, t| t)
     }
 }

@@ -14,8 +14,11 @@ pub const fn gamma(n: u32) -> f32 {
 }
 
 /// Error of a local point that goes to render space and back: `world_from_local` applied to `local`
-/// (itself known to within `local_error`), and the error that `local_from_world` makes of the result
-/// when the next ray comes back, seen in render space.
+/// (itself known to within `local_error`) giving `world`, and the error that `local_from_world` makes of
+/// that when the next ray comes back, seen in render space.
+///
+/// Each way: three products and two sums with rounded entries, gamma(4) of |M| |p|; then the translation,
+/// itself rounded, and the rounding of the last sum, which is of the result's size.
 pub fn affine_error(
     local: Vec3,
     local_error: Vec3,
@@ -23,16 +26,19 @@ pub fn affine_error(
     world_from_local: &AffineRows,
     local_from_world: &AffineRows,
 ) -> Vec3 {
-    let forward = world_from_local.abs_linear(local_error * (1.0 + gamma(3)))
-        + world_from_local.abs_affine(local.abs()) * gamma(4);
-    let back = world_from_local.abs_linear(local_from_world.abs_affine(world.abs()) * gamma(4));
+    let one_way = |map: &AffineRows, from: Vec3, to: Vec3| {
+        map.abs_linear(from.abs()) * gamma(4) + (map.translation().abs() + to.abs()) * gamma(1)
+    };
+    let forward =
+        world_from_local.abs_linear(local_error) + one_way(world_from_local, local, world);
+    let back = world_from_local.abs_linear(one_way(local_from_world, world, local));
     forward + back
 }
 
 /// The point moved off the surface to the side that `dir` leaves by: along `normal` by the error's extent
 /// there, plus the rounding of that very sum.
 pub fn offset_origin(point: Vec3, normal: Vec3, error: Vec3, dir: Vec3) -> Vec3 {
-    let reach = normal.abs().dot(error + point.abs() * gamma(2));
+    let reach = normal.abs().dot(error + point.abs() * gamma(1));
     if normal.dot(dir) >= 0.0 {
         point + normal * reach
     } else {

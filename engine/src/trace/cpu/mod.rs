@@ -138,8 +138,10 @@ fn pixel_color(scene: &PackedScene, x: u32, y: u32, scratch: &mut Scratch) -> Ve
 
 /// The ray through a point of the picture, in pixels from its top left corner.
 fn camera_ray(view: &ViewRow, px: f32, py: f32) -> Travel {
-    let sx = px / view.width as f32 - 0.5;
-    let sy = 0.5 - py / view.height as f32;
+    // Twice the distance from the middle, exact in f32, before the one rounding of the division.
+    let (width, height) = (view.width as f32, view.height as f32);
+    let sx = (2.0 * px - width) / (2.0 * width);
+    let sy = (height - 2.0 * py) / (2.0 * height);
     let forward = Vec3::from(view.forward);
     let aside = Vec3::from(view.right) * sx + Vec3::from(view.up) * sy;
     if view.projection == PROJECTION_PERSPECTIVE {

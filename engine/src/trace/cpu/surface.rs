@@ -1,6 +1,6 @@
 //! From a hit to the surface there: position with its error bound, normals, material.
 //!
-//! Positions are taken from the primitive, never from origin + t * direction (ACCURACY row 6).
+//! Positions are moved onto the primitive, never left at origin + t * direction (ACCURACY row 6).
 //! Twin of `shaders/shared/surface.wgsl`.
 
 use glam::Vec3;
@@ -44,7 +44,10 @@ pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec
     let row = &scene.instances[found.row as usize];
     let t = found.key.t;
     let (position, error, normal, shading) = match row.kind {
-        KIND_MESH => mesh_point(scene, row, found),
+        KIND_MESH => {
+            let local = row.local_from_world.point(origin) + row.local_from_world.vector(dir) * t;
+            mesh_point(scene, row, found, local)
+        }
         KIND_SPHERE => sphere_point(row, origin + dir * t),
         KIND_PLANE => plane_point(row, origin + dir * t),
         _ => {
@@ -78,13 +81,16 @@ pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec
     }
 }
 
-fn mesh_point(scene: &PackedScene, row: &InstanceRow, found: &Found) -> Point {
+/// The ray's point moved onto the triangle's plane. Along the plane it errs by the ray's error, which
+/// shrinks towards the eye as pixels do; weights of corners would err by the triangle's size instead.
+fn mesh_point(scene: &PackedScene, row: &InstanceRow, found: &Found, near: Vec3) -> Point {
     let triangle = &scene.triangles[found.triangle as usize];
     let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vec3::from);
-    let [u, v] = found.uv;
-    let w = 1.0 - u - v;
-    let local = a * w + b * u + c * v;
-    let local_error = (a.abs() * w.abs() + b.abs() * u + c.abs() * v) * gamma(7);
+    let face = (b - a).cross(c - a);
+    let from_corner = near - a;
+    let lift = face.dot(from_corner) / face.length_squared().max(f32::MIN_POSITIVE);
+    let local = near - face * lift;
+    let local_error = from_corner.abs() * gamma(5) + local.abs() * gamma(2);
     let position = row.world_from_local.point(local);
     let error = affine_error(
         local,
@@ -93,9 +99,11 @@ fn mesh_point(scene: &PackedScene, row: &InstanceRow, found: &Found) -> Point {
         &row.world_from_local,
         &row.local_from_world,
     );
-    let normal = row.local_from_world.transposed_vector((b - a).cross(c - a));
+    let normal = row.local_from_world.transposed_vector(face);
     let mut shading = normal;
     if triangle.normals != NONE {
+        let [u, v] = found.uv;
+        let w = 1.0 - u - v;
         let at = |i: u32| Vec3::from(scene.normals[(triangle.normals + i) as usize].normal);
         shading = row
             .local_from_world
