@@ -1,0 +1,225 @@
+//! The swap chain: the picture, and the overlay over it, on a window's surface.
+
+use std::sync::Arc;
+
+use bevy_ecs::prelude::*;
+use glam::UVec2;
+
+use super::pass::{Look, PresentPass};
+use super::ui::Ui;
+use crate::frame::FrameScene;
+use crate::trace::gpu::Gpu;
+use crate::trace::{ActiveTracer, TraceError, TraceFault};
+
+/// A window's surface, and what draws to it.
+#[derive(Resource)]
+pub struct Screen {
+    gpu: Arc<Gpu>,
+    surface: wgpu::Surface<'static>,
+    config: wgpu::SurfaceConfiguration,
+    pass: PresentPass,
+    overlay: egui_wgpu::Renderer,
+    /// The tracer's picture lies on this screen's device.
+    shares_device: bool,
+    /// The swap chain no longer fits the window well; configured anew once its image is shown.
+    stale: bool,
+    fault: Option<TraceError>,
+}
+
+impl Screen {
+    /// Prepares a surface for presenting.
+    ///
+    /// # Errors
+    /// [`TraceError::NoDevice`] where the adapter knows no format for the surface.
+    pub fn new(
+        gpu: Arc<Gpu>,
+        surface: wgpu::Surface<'static>,
+        size: UVec2,
+        vsync: bool,
+    ) -> Result<Self, TraceError> {
+        let capabilities = surface.get_capabilities(&gpu.adapter);
+        // The shader and the overlay both encode sRGB themselves where the format lets them.
+        let plain = [
+            wgpu::TextureFormat::Bgra8Unorm,
+            wgpu::TextureFormat::Rgba8Unorm,
+        ];
+        let format = plain
+            .into_iter()
+            .find(|format| capabilities.formats.contains(format))
+            .or_else(|| capabilities.formats.first().copied());
+        let config = surface.get_default_config(&gpu.adapter, size.x.max(1), size.y.max(1));
+        let (Some(format), Some(mut config)) = (format, config) else {
+            return Err(TraceError::NoDevice(format!(
+                "{} cannot present to this window",
+                gpu.describe()
+            )));
+        };
+        config.format = format;
+        config.present_mode = if vsync {
+            wgpu::PresentMode::AutoVsync
+        } else {
+            wgpu::PresentMode::AutoNoVsync
+        };
+        surface.configure(&gpu.device, &config);
+        let options = egui_wgpu::RendererOptions {
+            msaa_samples: 1,
+            ..egui_wgpu::RendererOptions::default()
+        };
+        Ok(Self {
+            pass: PresentPass::new(&gpu.device, format),
+            overlay: egui_wgpu::Renderer::new(&gpu.device, format, options),
+            gpu,
+            surface,
+            config,
+            shares_device: false,
+            stale: false,
+            fault: None,
+        })
+    }
+
+    /// The tracer was given this screen's device: its picture need not come to the host.
+    pub fn share_device(&mut self) {
+        self.shares_device = true;
+    }
+
+    /// Follows the window; a size of zero (minimised) is left alone.
+    pub fn resize(&mut self, size: UVec2) {
+        if size.min_element() > 0 && size != self.size() {
+            (self.config.width, self.config.height) = (size.x, size.y);
+            self.surface.configure(&self.gpu.device, &self.config);
+        }
+    }
+
+    /// Pixels across and down.
+    pub fn size(&self) -> UVec2 {
+        UVec2::new(self.config.width, self.config.height)
+    }
+
+    /// What went wrong with presenting since the last call.
+    pub fn take_fault(&mut self) -> Option<TraceError> {
+        self.fault.take()
+    }
+
+    /// The next image of the swap chain; none if there is none just now.
+    fn next_image(&mut self) -> Option<wgpu::SurfaceTexture> {
+        use wgpu::CurrentSurfaceTexture as Current;
+        for _ in 0..2 {
+            match self.surface.get_current_texture() {
+                Current::Success(image) => return Some(image),
+                Current::Timeout | Current::Occluded => return None,
+                Current::Validation => break,
+                Current::Suboptimal(image) => {
+                    self.stale = true;
+                    return Some(image);
+                }
+                Current::Outdated | Current::Lost => {}
+            }
+            self.surface.configure(&self.gpu.device, &self.config);
+        }
+        self.fault = self.gpu.check().err();
+        None
+    }
+
+    /// Brings the overlay's new pictures (letters, mostly) to the device, shown or not.
+    fn upload_overlay(&mut self, ui: &mut Ui) {
+        for (id, deltas) in ui.textures.set.drain() {
+            for delta in deltas {
+                self.overlay
+                    .update_texture(&self.gpu.device, &self.gpu.queue, id, &delta);
+            }
+        }
+    }
+
+    /// Draws picture and overlay and hands the image to the display.
+    fn present(&mut self, ui: &mut Ui, look: Look) {
+        self.upload_overlay(ui);
+        if let Some(image) = self.next_image() {
+            self.draw(image, ui, look);
+        }
+        for id in ui.textures.free.drain() {
+            self.overlay.free_texture(&id);
+        }
+        if std::mem::take(&mut self.stale) {
+            self.surface.configure(&self.gpu.device, &self.config);
+        }
+    }
+
+    fn draw(&mut self, image: wgpu::SurfaceTexture, ui: &Ui, look: Look) {
+        let size = self.size();
+        let (device, queue) = (&self.gpu.device, &self.gpu.queue);
+        let view = image
+            .texture
+            .create_view(&wgpu::TextureViewDescriptor::default());
+        let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor {
+            label: Some("present"),
+        });
+        let screen = egui_wgpu::ScreenDescriptor {
+            size_in_pixels: size.to_array(),
+            pixels_per_point: ui.pixels_per_point,
+        };
+        let mut commands =
+            self.overlay
+                .update_buffers(device, queue, &mut encoder, &ui.shapes, &screen);
+        {
+            let mut pass = begin_pass(&mut encoder, &view);
+            self.pass.draw(device, queue, &mut pass, size, look);
+            self.overlay.render(&mut pass, &ui.shapes, &screen);
+        }
+        commands.push(encoder.finish());
+        queue.submit(commands);
+        queue.present(image);
+        self.fault = self.gpu.check().err();
+    }
+}
+
+fn begin_pass(
+    encoder: &mut wgpu::CommandEncoder,
+    view: &wgpu::TextureView,
+) -> wgpu::RenderPass<'static> {
+    encoder
+        .begin_render_pass(&wgpu::RenderPassDescriptor {
+            label: Some("present"),
+            color_attachments: &[Some(wgpu::RenderPassColorAttachment {
+                view,
+                depth_slice: None,
+                resolve_target: None,
+                ops: wgpu::Operations {
+                    load: wgpu::LoadOp::Clear(wgpu::Color::BLACK),
+                    store: wgpu::StoreOp::Store,
+                },
+            })],
+            ..wgpu::RenderPassDescriptor::default()
+        })
+        .forget_lifetime()
+}
+
+/// Shows the tracer's picture and the overlay.
+pub(super) fn present_picture(
+    screen: Option<ResMut<Screen>>,
+    mut tracer: ResMut<ActiveTracer>,
+    mut fault: ResMut<TraceFault>,
+    scene: Res<FrameScene>,
+    mut ui: ResMut<Ui>,
+) {
+    let Some(mut screen) = screen else {
+        return;
+    };
+    let screen = &mut *screen;
+    if let (Some(tracer), None) = (&mut tracer.0, &fault.0) {
+        match tracer.device_picture().filter(|_| screen.shares_device) {
+            Some(picture) => screen.pass.show_device(&picture),
+            None => match tracer.picture() {
+                Ok(picture) => {
+                    let (device, queue) = (&screen.gpu.device, &screen.gpu.queue);
+                    screen.pass.show_host(device, queue, &picture);
+                }
+                Err(error) => fault.0 = Some(error),
+            },
+        }
+    }
+    let look = Look {
+        exposure: scene.view.exposure,
+        tone: scene.view.tone_map,
+    };
+    screen.present(&mut ui, look);
+}
