@@ -12,9 +12,11 @@
 //! | [`trace`] | three tracers behind one trait |
 //! | [`profile`] | what a frame cost |
 //! | [`present`] | from linear light to a screen or a file |
+//! | [`editor`], [`window`] | panels over the picture; where it is shown |
 
 pub mod app;
 pub mod bvh;
+pub mod editor;
 pub mod frame;
 pub mod geom;
 pub mod import;
@@ -25,6 +27,7 @@ pub mod scene;
 pub mod schedule;
 pub mod time;
 pub mod trace;
+pub mod window;
 pub mod world;
 
 pub use app::Engine;

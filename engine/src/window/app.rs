@@ -1,0 +1,304 @@
+//! The event loop's side: opens the window when the system says so, runs one frame a redraw.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use glam::UVec2;
+use winit::application::ApplicationHandler;
+use winit::dpi::PhysicalSize;
+use winit::event::{DeviceEvent, DeviceId, WindowEvent};
+use winit::event_loop::{ActiveEventLoop, ControlFlow};
+use winit::window::{Fullscreen, Window, WindowId};
+
+use super::commands::{Requests, screenshot_path};
+use super::resolution::Resolution;
+use super::title::{Title, words};
+use super::{WindowError, WindowOptions, router};
+use crate::app::Engine;
+use crate::editor::{EditorState, Notices, theme};
+use crate::frame::TraceSettings;
+use crate::input::Input;
+use crate::present::{Screen, Screenshot, Ui};
+use crate::time::Time;
+use crate::trace::gpu::Gpu;
+use crate::trace::{ActiveTracer, Backend, BackendChoice, TraceFault, open_tracer};
+
+/// Device failures in a row that end the run: one may be a passing hiccup of the driver.
+const FAILURES_TOLERATED: u32 = 8;
+
+/// A window that is open.
+struct Open {
+    window: Arc<Window>,
+    overlay_input: egui_winit::State,
+    resolution: Resolution,
+    title: Title,
+    device: String,
+    hidden: bool,
+    failures: u32,
+}
+
+/// The engine, and its window once there is one.
+pub struct WindowApp {
+    engine: Engine,
+    options: WindowOptions,
+    open: Option<Open>,
+    error: Option<WindowError>,
+}
+
+impl WindowApp {
+    /// An engine whose window is yet to open.
+    pub fn new(mut engine: Engine, options: WindowOptions) -> Self {
+        let world = &mut engine.world;
+        world.insert_resource(options.key_map.clone());
+        world.resource_mut::<EditorState>().panels = options.show_editor;
+        world.resource_mut::<Notices>().issues = options.issues.clone();
+        Self {
+            engine,
+            options,
+            open: None,
+            error: None,
+        }
+    }
+
+    /// Why the run ended, if not because the window was closed.
+    pub fn take_error(&mut self) -> Option<WindowError> {
+        self.error.take()
+    }
+
+    fn fail(&mut self, event_loop: &ActiveEventLoop, error: WindowError) {
+        self.error.get_or_insert(error);
+        event_loop.exit();
+    }
+
+    /// Opens window, device and tracer.
+    fn open(&mut self, event_loop: &ActiveEventLoop) -> Result<Open, WindowError> {
+        let no_display = |why: String| WindowError::NoDisplay(why);
+        let size = self.options.size;
+        let attributes = Window::default_attributes()
+            .with_title(self.options.title.clone())
+            .with_inner_size(PhysicalSize::new(size.x, size.y));
+        let window = event_loop
+            .create_window(attributes)
+            .map_err(|error| no_display(format!("the window cannot open: {error}")))?;
+        let window = Arc::new(window);
+        let instance = Gpu::instance();
+        let surface = instance
+            .create_surface(window.clone())
+            .map_err(|error| no_display(format!("nothing can draw to the window: {error}")))?;
+        let gpu = Gpu::open(instance, &self.options.presenting_adapter(), Some(&surface))
+            .map_err(|error| no_display(error.to_string()))?;
+        let gpu = Arc::new(gpu);
+        let mut screen = Screen::new(
+            gpu.clone(),
+            surface,
+            inner_size(&window),
+            self.options.vsync,
+        )
+        .map_err(|error| no_display(error.to_string()))?;
+        let device = self.open_tracer(&gpu, &mut screen)?;
+        self.engine.world.insert_resource(screen);
+        let context = self.engine.world.resource::<Ui>().context().clone();
+        theme::apply(&context);
+        let overlay_input = egui_winit::State::new(
+            context,
+            egui::ViewportId::ROOT,
+            &window,
+            Some(window.scale_factor() as f32),
+            window.theme(),
+            Some(gpu.device.limits().max_texture_dimension_2d as usize),
+        );
+        Ok(Open {
+            resolution: Resolution::new(self.options.resolution_scale, self.first_scale(&gpu)),
+            window,
+            overlay_input,
+            title: Title::new(),
+            device,
+            hidden: false,
+            failures: 0,
+        })
+    }
+
+    /// The tracer of the run, unless the engine has one; the device in words.
+    fn open_tracer(&mut self, gpu: &Arc<Gpu>, screen: &mut Screen) -> Result<String, WindowError> {
+        let world = &mut self.engine.world;
+        if let Some(tracer) = &world.resource::<ActiveTracer>().0 {
+            return Ok(tracer.device());
+        }
+        let (choice, adapter) = (self.options.backend, self.options.adapter.as_deref());
+        let (tracer, note) =
+            open_tracer(choice, adapter, Some(gpu.clone())).map_err(WindowError::NoTracer)?;
+        if let Some(note) = note {
+            tracing::info!("{note}");
+            world.resource_mut::<Notices>().toast(note);
+        }
+        // By itself, a hardware GPU is preferred over the software adapter that presents.
+        let elsewhere = choice == BackendChoice::Auto && adapter.is_none() && gpu.is_software();
+        if tracer.backend() == Backend::Gpu && !elsewhere {
+            screen.share_device();
+        }
+        let device = tracer.device();
+        world.resource_mut::<ActiveTracer>().0 = Some(tracer);
+        Ok(device)
+    }
+
+    /// A processor starts at half the resolution; its pace decides from there.
+    fn first_scale(&self, gpu: &Gpu) -> f64 {
+        let tracer = &self.engine.world.resource::<ActiveTracer>().0;
+        let on_device = tracer
+            .as_ref()
+            .is_some_and(|tracer| tracer.backend() == Backend::Gpu);
+        if on_device && !gpu.is_software() {
+            1.0
+        } else {
+            0.5
+        }
+    }
+
+    /// Runs one frame and shows it.
+    fn frame(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let size = inner_size(&open.window);
+        if open.hidden || size.min_element() == 0 {
+            return;
+        }
+        let world = &mut self.engine.world;
+        let input = open.overlay_input.take_egui_input(&open.window);
+        world.resource_mut::<Ui>().feed(input);
+        world.resource_mut::<Screen>().resize(size);
+        let shoot = std::mem::take(&mut world.resource_mut::<Requests>().screenshot);
+        if shoot {
+            let time = *world.resource::<Time>();
+            let path = screenshot_path(&self.options.screenshots, &self.options.title, &time);
+            world.resource_mut::<Screenshot>().wanted = Some(path);
+        }
+        // A screenshot is worth every pixel of the window.
+        let traced = if shoot {
+            size
+        } else {
+            open.resolution.traced(size)
+        };
+        let mut settings = world.resource_mut::<TraceSettings>();
+        if settings.size != traced {
+            settings.size = traced;
+        }
+        let start = Instant::now();
+        self.engine.frame();
+        let millis = start.elapsed().as_secs_f64() * 1e3;
+        self.after_frame(event_loop, millis, shoot);
+    }
+
+    /// What the frame asks of the window, and what is to be told of it.
+    fn after_frame(&mut self, event_loop: &ActiveEventLoop, millis: f64, shot: bool) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let world = &mut self.engine.world;
+        world.resource_mut::<Input>().end_frame();
+        let output = world.resource_mut::<Ui>().take_platform_output();
+        open.overlay_input
+            .handle_platform_output(&open.window, output);
+        if std::mem::take(&mut world.resource_mut::<Requests>().fullscreen) {
+            let full = open.window.fullscreen().is_none();
+            open.window
+                .set_fullscreen(full.then_some(Fullscreen::Borderless(None)));
+        }
+        if let Some(outcome) = world.resource_mut::<Screenshot>().outcome.take() {
+            let mut notices = world.resource_mut::<Notices>();
+            notices.toast(match outcome {
+                Ok(path) => format!("Saved {}", path.display()),
+                Err(why) => why,
+            });
+        }
+        let traced_millis = world.resource::<ActiveTracer>().0.as_ref().map(|tracer| {
+            let passes = tracer.pass_times();
+            passes.iter().map(|pass| pass.millis).sum::<f64>()
+        });
+        if !shot {
+            open.resolution.observe(traced_millis.unwrap_or(0.0));
+        }
+        let (scale, size) = (open.resolution.scale(), inner_size(&open.window));
+        let (scene, device) = (&self.options.title, &open.device);
+        if let Some(title) = open
+            .title
+            .frame(millis, |pace| words(scene, pace, size, scale, device))
+        {
+            open.window.set_title(&title);
+        }
+        let fault = world.resource_mut::<TraceFault>().0.take();
+        world.resource_mut::<Notices>().fault = fault.map(|fault| fault.to_string());
+        match world.resource_mut::<Screen>().take_fault() {
+            None => open.failures = 0,
+            Some(error) => {
+                tracing::warn!("{error}");
+                open.failures += 1;
+                if open.failures > FAILURES_TOLERATED {
+                    self.fail(event_loop, WindowError::Device(error));
+                }
+            }
+        }
+    }
+}
+
+fn inner_size(window: &Window) -> UVec2 {
+    let size = window.inner_size();
+    UVec2::new(size.width, size.height)
+}
+
+impl ApplicationHandler for WindowApp {
+    fn resumed(&mut self, event_loop: &ActiveEventLoop) {
+        if self.open.is_some() {
+            return;
+        }
+        match self.open(event_loop) {
+            Ok(open) => self.open = Some(open),
+            Err(error) => self.fail(event_loop, error),
+        }
+    }
+
+    fn window_event(&mut self, event_loop: &ActiveEventLoop, _: WindowId, event: WindowEvent) {
+        if matches!(event, WindowEvent::RedrawRequested) {
+            self.frame(event_loop);
+            return;
+        }
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        match &event {
+            WindowEvent::CloseRequested => event_loop.exit(),
+            WindowEvent::Occluded(hidden) => open.hidden = *hidden,
+            _ => {}
+        }
+        let mut input = self.engine.world.resource_mut::<Input>();
+        router::route(&mut open.overlay_input, &mut input, &open.window, &event);
+    }
+
+    fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {
+        if let DeviceEvent::MouseMotion { delta } = event {
+            router::mouse_moved(&mut self.engine.world.resource_mut::<Input>(), delta);
+        }
+    }
+
+    fn about_to_wait(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(open) = &self.open else {
+            return;
+        };
+        // Nobody sees a minimised window: wait until somebody does.
+        let idle = open.hidden || inner_size(&open.window).min_element() == 0;
+        event_loop.set_control_flow(if idle {
+            ControlFlow::Wait
+        } else {
+            ControlFlow::Poll
+        });
+        if !idle {
+            open.window.request_redraw();
+        }
+    }
+
+    fn exiting(&mut self, _: &ActiveEventLoop) {
+        // The surface goes before the window it belongs to, while the event loop still lives.
+        self.engine.world.remove_resource::<Screen>();
+        self.open = None;
+    }
+}

@@ -1,0 +1,101 @@
+//! Keys that are not flight: pause, step, full screen, screenshot, which panels are open.
+
+use std::path::PathBuf;
+
+use bevy_ecs::prelude::*;
+use bevy_ecs::schedule::IntoScheduleConfigs;
+
+use crate::app::Engine;
+use crate::editor::{DrawPanels, EditorState};
+use crate::input::{Action, HandSet, Input, KeyMap};
+use crate::schedule::FrameSet;
+use crate::time::{Clock, Time};
+
+/// What the keys of this frame ask of the window; it takes them after the frame.
+#[derive(Resource, Debug, Default)]
+pub struct Requests {
+    /// Full screen on or off.
+    pub fullscreen: bool,
+    /// Save the next frame's picture.
+    pub screenshot: bool,
+}
+
+/// Adds the keys (set [`FrameSet::Edit`]).
+pub fn plugin(engine: &mut Engine) {
+    engine.world.init_resource::<Requests>();
+    engine.add_systems(FrameSet::Edit, obey_keys.after(HandSet).before(DrawPanels));
+}
+
+fn obey_keys(
+    input: Res<Input>,
+    keys: Res<KeyMap>,
+    time: Res<Time>,
+    mut clock: ResMut<Clock>,
+    mut editor: ResMut<EditorState>,
+    mut requests: ResMut<Requests>,
+) {
+    let pressed = |action| keys.is_pressed(action, &input);
+    if pressed(Action::Pause) {
+        *clock = match *clock {
+            Clock::Wall => Clock::Paused,
+            Clock::Paused | Clock::Frame(_) => Clock::Wall,
+        };
+    }
+    if pressed(Action::Step) {
+        *clock = Clock::Frame(frame_number(&time) + 1);
+    }
+    editor.help ^= pressed(Action::Help);
+    editor.panels ^= pressed(Action::Panels);
+    editor.profiler ^= pressed(Action::Profiler);
+    requests.fullscreen |= pressed(Action::Fullscreen);
+    requests.screenshot |= pressed(Action::Screenshot);
+}
+
+/// The frame of the scene that is shown.
+fn frame_number(time: &Time) -> u64 {
+    // Rounded: 7/30 s times 30 is a little less than 7.
+    (time.secs * time.frames_per_sec + 1e-6) as u64
+}
+
+/// Where a screenshot of this moment goes: never onto another one.
+pub fn screenshot_path(folder: &std::path::Path, scene: &str, time: &Time) -> PathBuf {
+    let plain: String = scene
+        .chars()
+        .map(|c| {
+            if c.is_alphanumeric() || c == '-' {
+                c
+            } else {
+                '_'
+            }
+        })
+        .collect();
+    let name = format!("{plain}-{:06}", frame_number(time));
+    (1..)
+        .map(|copy| match copy {
+            1 => folder.join(format!("{name}.png")),
+            _ => folder.join(format!("{name}-{copy}.png")),
+        })
+        .find(|path| !path.exists())
+        .unwrap_or_else(|| folder.join(format!("{name}.png")))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn screenshots_are_named_by_scene_and_frame_and_keep_each_other() {
+        let folder = std::env::temp_dir().join(format!("orrery-shots-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let time = Time {
+            secs: 7.0 / 30.0,
+            ..Time::default()
+        };
+        let first = screenshot_path(&folder, "two spheres", &time);
+        assert_eq!(first, folder.join("two_spheres-000007.png"));
+        std::fs::write(&first, "taken").unwrap();
+        let second = screenshot_path(&folder, "two spheres", &time);
+        assert_eq!(second, folder.join("two_spheres-000007-2.png"));
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+}
