@@ -1,7 +1,7 @@
 //! Bounding-volume hierarchies: one tree per mesh in its own space, one over the instances.
 //!
-//! The report (2008, "Bounding volume hierarchy") kept one binary tree of spheres per mesh and tested
-//! meshes one after the other. Here a tree is 4-wide with boxes ([`Node4`]); boxes come from `obvhs`
+//! This continues the report's part on bounding-volume hierarchies (Allgyer 2008, "Real-time Ray Tracing
+//! using CUDA"), which kept one binary tree of spheres per mesh and tested meshes one after the other. Here a tree is 4-wide with boxes ([`Node4`]); boxes come from `obvhs`
 //! (PLOC, Meister and Bittner 2018) and are collapsed and grown outward on the way, so that together
 //! with the slab rule of [`crate::geom::SlabRay`] no hit is ever culled.
 

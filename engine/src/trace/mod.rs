@@ -1,8 +1,9 @@
 //! Tracers: three ways to the same picture behind one trait.
 //!
 //! `gpu` (WGSL, f32), `cpu` (rayon, f32: the report's "emulation mode") and `reference` (f64, plain, the
-//! oracle). All follow one algorithm, Whitted's (1980), with an explicit stack of deferred rays where the
-//! report (2008, "Iterative ray tracing") used a queue whose fixed arrays could overflow:
+//! oracle). All follow one algorithm, Whitted's (1980), with an explicit stack of deferred rays. They
+//! continue the tracing part of the report (Allgyer 2008, "Real-time Ray Tracing using CUDA"): its iterative
+//! ray queue in place of recursion, whose fixed arrays could overflow, and its CPU emulation mode:
 //!
 //! 1. *Camera ray*, generation 1, through the pixel's sample.
 //! 2. *Closest hit* over all instances. Equal t resolves to the lower (instance id, primitive id), so
