@@ -28,6 +28,7 @@ pub use writer::Writer;
 use std::path::Path;
 
 use bevy_ecs::prelude::*;
+use bevy_ecs::reflect::AppTypeRegistry;
 
 use crate::app::Engine;
 use crate::schedule::FrameSet;
@@ -44,6 +45,9 @@ pub struct TimelineSet;
 pub fn plugin(engine: &mut Engine) {
     engine.world.init_resource::<Timeline>();
     engine.world.init_resource::<SceneRoots>();
+    let registry = engine.world.get_resource_or_init::<AppTypeRegistry>();
+    registry.write().register::<MeshSource>();
+    registry.write().register::<Imported>();
     engine.add_systems(FrameSet::Simulate, play_timeline.in_set(TimelineSet));
 }
 

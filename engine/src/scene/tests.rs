@@ -3,6 +3,8 @@
 use super::*;
 
 mod hostile;
+mod manual;
+mod meshes;
 mod problems;
 mod roundtrip;
 

@@ -79,3 +79,50 @@ fn bad_files_are_sentences() {
             .contains("cannot be read")
     );
 }
+
+#[test]
+fn mutated_files_end_in_a_model_or_a_sentence() {
+    let base = format!(
+        "mtllib a.mtl\n{SQUARE}vn 0 0 1\nvt 0 0\no a\nusemtl x\nf 1//1 2//1 3//1 4//1\ng b\nf -1 -2 -3\nl 1 2\np 1\n"
+    );
+    let mut state = 0x2545_F491_4F6C_DD1D_u64;
+    let mut below = |n: usize| {
+        state ^= state << 13;
+        state ^= state >> 7;
+        state ^= state << 17;
+        (state % n as u64) as usize
+    };
+    let pieces = [
+        "\n",
+        " ",
+        "/",
+        "-",
+        "9",
+        "1e999",
+        "nan",
+        "f",
+        "v ",
+        "0",
+        "99999999999999999999",
+        "\\\n",
+        "\u{0}",
+        "usemtl",
+    ];
+    for _ in 0..3000 {
+        let mut text = base.clone();
+        for _ in 0..1 + below(5) {
+            let at = below(text.len());
+            let end = (at + below(6)).min(text.len());
+            text.replace_range(at..end, pieces[below(pieces.len())]);
+        }
+        if let Ok(model) = import(&text) {
+            for part in &model.parts {
+                assert!(part.mesh.vertices.iter().all(|v| v.is_finite()), "{text}");
+                assert!(
+                    part.mesh.normals.iter().all(|n| n.is_normalized()),
+                    "{text}"
+                );
+            }
+        }
+    }
+}
