@@ -15,7 +15,9 @@ pub struct Frame;
 pub enum FrameSet {
     /// Window events and the clock become `Input` and `Time`.
     Input,
-    /// Timeline and motion write transforms, materials and lights.
+    /// The timeline poses what the scene keys. It may write any field of any entity, so it is alone here.
+    Animate,
+    /// Motion and game rules write transforms, materials and lights.
     Simulate,
     /// Editor panels and queued edits write components and settings.
     Edit,
@@ -38,7 +40,7 @@ pub enum FrameSet {
 /// An empty frame: sets chained, ambiguity an error, one thread (systems go parallel inside).
 pub fn frame_schedule() -> Schedule {
     use FrameSet::{
-        Edit, Extract, Input, Present, Propagate, Refit, Report, Simulate, Trace, Upload,
+        Animate, Edit, Extract, Input, Present, Propagate, Refit, Report, Simulate, Trace, Upload,
     };
     let mut schedule = Schedule::new(Frame);
     schedule.set_executor(SingleThreadedExecutor::new());
@@ -48,7 +50,8 @@ pub fn frame_schedule() -> Schedule {
     });
     schedule.configure_sets(
         (
-            Input, Simulate, Edit, Propagate, Extract, Refit, Upload, Trace, Present, Report,
+            Input, Animate, Simulate, Edit, Propagate, Extract, Refit, Upload, Trace, Present,
+            Report,
         )
             .chain(),
     );

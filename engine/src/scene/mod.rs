@@ -36,19 +36,14 @@ use crate::schedule::FrameSet;
 /// Largest scene file that is read, bytes: a mesh belongs into a file of its own.
 const MAX_BYTES: u64 = 64 << 20;
 
-/// The timeline's place in [`FrameSet::Simulate`]. It may write any field of any entity, so other systems of
-/// the set say whether they run before or after it.
-#[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct TimelineSet;
-
-/// Adds the timeline (set [`FrameSet::Simulate`]) and what loading and saving need.
+/// Adds the timeline (set [`FrameSet::Animate`]) and what loading and saving need.
 pub fn plugin(engine: &mut Engine) {
     engine.world.init_resource::<Timeline>();
     engine.world.init_resource::<SceneRoots>();
     let registry = engine.world.get_resource_or_init::<AppTypeRegistry>();
     registry.write().register::<MeshSource>();
     registry.write().register::<Imported>();
-    engine.add_systems(FrameSet::Simulate, play_timeline.in_set(TimelineSet));
+    engine.add_systems(FrameSet::Animate, play_timeline);
 }
 
 /// Loads a scene file in place of the scene that is there.

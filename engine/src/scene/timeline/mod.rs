@@ -1,4 +1,4 @@
-//! The timeline at work: once a frame, in [`FrameSet::Simulate`], it writes the fields it keys.
+//! The timeline at work: once a frame, in `FrameSet::Animate`, it writes the fields it keys.
 //!
 //! A pose is a pure function of [`Time::secs`]: no state is carried from frame to frame, so frame N is the
 //! same however it was reached, and after a loop it is the same bit for bit. The order within a frame:
@@ -107,7 +107,7 @@ pub(super) fn last_key(timeline: &schema::Timeline) -> f64 {
         .fold(0.0, |last, key| last.max(key.time))
 }
 
-/// Writes the fields of this frame's time; a system of [`crate::schedule::FrameSet::Simulate`].
+/// Writes the fields of this frame's time; a system of [`crate::schedule::FrameSet::Animate`].
 pub fn play_timeline(world: &mut World) {
     let secs = world.resource::<Time>().secs;
     let timeline = world.resource::<Timeline>();
