@@ -184,8 +184,12 @@ fn spawn(ray: Travel, surface: Surface, dir: vec3f, weight: vec3f) -> Travel {
     return next;
 }
 
-// Unpolarised Fresnel reflectance for eta = n_from / n_to (ACCURACY B.5); 1 in total reflection.
+// Unpolarised Fresnel reflectance for eta = n_from / n_to (ACCURACY B.5); 1 in total reflection, and
+// nothing between equal indices, where rounding would leave a trace of a ray.
 fn fresnel(eta: f32, cosine: f32) -> f32 {
+    if abs(eta - 1.0) < SAME_INDEX {
+        return 0.0;
+    }
     let g_squared = 1.0 / (eta * eta) + cosine * cosine - 1.0;
     if g_squared <= 0.0 {
         return 1.0;

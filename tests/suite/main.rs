@@ -1,3 +1,6 @@
 //! Every test that needs more than one module, in one binary.
 
+mod gpu;
+mod layout;
+mod shaders;
 mod tracers;

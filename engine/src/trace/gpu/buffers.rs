@@ -1,9 +1,13 @@
 //! Buffers that grow with what is put into them, are not written what they already hold, and come back.
 
 use std::sync::mpsc;
+use std::time::Duration;
 
 use super::context::Gpu;
 use crate::trace::TraceError;
+
+/// How long a callback may take to run once its work is done.
+const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Rows on the device.
 pub struct RowBuffer {
@@ -108,7 +112,8 @@ pub fn read(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, TraceError> {
         .poll(wgpu::PollType::wait_indefinitely())
         .map_err(|error| lost(error.to_string()))?;
     gpu.check()?;
-    match answered.try_recv() {
+    // All work is done, but another thread's poll may have taken our callback and be about to run it.
+    match answered.recv_timeout(PATIENCE) {
         Ok(Ok(())) => {}
         Ok(Err(error)) => return Err(lost(error.to_string())),
         Err(error) => return Err(lost(error.to_string())),

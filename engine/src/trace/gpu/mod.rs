@@ -16,7 +16,7 @@ mod upload;
 
 pub use context::{AdapterChoice, Gpu, STORAGE_BUFFERS};
 pub use layout::SCENE_BINDINGS;
-pub use shader::{Kernel, Specialisation, TYPES_SOURCE, shader_module, shader_source};
+pub use shader::{Kernel, Shader, Specialisation, TYPES_SOURCE, shader_module, shader_source};
 pub use tracer::GpuTracer;
 
 /// Where the GPU left the picture: a storage buffer of `size.x * size.y` linear RGBA f32 pixels, top row first.

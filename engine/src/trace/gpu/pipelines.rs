@@ -8,10 +8,19 @@ use super::shader::{Kernel, Specialisation, shader_source};
 use crate::frame::Features;
 use crate::trace::TraceError;
 
+/// A compiled kernel.
+#[derive(Clone)]
+pub struct Pipeline {
+    /// What a pass sets.
+    pub compute: wgpu::ComputePipeline,
+    /// Invocations of a workgroup.
+    pub workgroup: [u32; 3],
+}
+
 /// The cache. Asking waits for the compiler, so no picture depends on how long it takes.
 #[derive(Default)]
 pub struct Pipelines {
-    compiled: HashMap<(Kernel, Specialisation), wgpu::ComputePipeline>,
+    compiled: HashMap<(Kernel, Specialisation), Pipeline>,
 }
 
 impl Pipelines {
@@ -25,12 +34,12 @@ impl Pipelines {
         layouts: &Layouts,
         kernel: Kernel,
         special: Specialisation,
-    ) -> Result<wgpu::ComputePipeline, TraceError> {
+    ) -> Result<Pipeline, TraceError> {
         let special = relevant(kernel, special);
         if let Some(pipeline) = self.compiled.get(&(kernel, special)) {
             return Ok(pipeline.clone());
         }
-        let source = shader_source(kernel, special).map_err(|why| {
+        let shader = shader_source(kernel, special).map_err(|why| {
             TraceError::Device(format!(
                 "the shader {} does not compose: {why}",
                 kernel.name()
@@ -40,10 +49,10 @@ impl Pipelines {
             .device
             .create_shader_module(wgpu::ShaderModuleDescriptor {
                 label: Some(kernel.name()),
-                source: wgpu::ShaderSource::Wgsl(source.into()),
+                source: wgpu::ShaderSource::Wgsl(shader.source.into()),
             });
         let layout = layouts.pipeline(gpu, kernel);
-        let pipeline = gpu
+        let compute = gpu
             .device
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
                 label: Some(kernel.name()),
@@ -54,6 +63,10 @@ impl Pipelines {
                 cache: None,
             });
         gpu.check()?;
+        let pipeline = Pipeline {
+            compute,
+            workgroup: shader.workgroup,
+        };
         self.compiled.insert((kernel, special), pipeline.clone());
         Ok(pipeline)
     }

@@ -6,13 +6,12 @@ use super::GpuTracer;
 use super::buffers::{create, read};
 use super::context::Gpu;
 use super::layout::{Layouts, bind};
+use super::pipelines::Pipeline;
 use super::shader::Kernel;
 use super::tracer::nothing_uploaded;
 use crate::frame::wire::{HitRow, NONE, PassRow, QUERY_ANY, QUERY_CLOSEST, RayRow};
 use crate::trace::{Hit, Query, Ray, TraceError};
 
-/// Invocations of a workgroup of the kernel.
-const GROUP: u32 = 64;
 /// Rays of one dispatch; more go in several.
 const BATCH: usize = 1 << 18;
 /// `shaders/shared/slab.wgsl`'s FARTHEST: ends beyond it are brought to it.
@@ -64,7 +63,7 @@ impl GpuTracer {
 
     fn answer_batch(
         &mut self,
-        pipeline: &wgpu::ComputePipeline,
+        pipeline: &Pipeline,
         batch: &[Ray],
         query: Query,
         hits: &mut Vec<Hit>,
@@ -94,11 +93,11 @@ impl GpuTracer {
                 label: Some(Kernel::Intersect.name()),
                 timestamp_writes: None,
             });
-            pass.set_pipeline(pipeline);
+            pass.set_pipeline(&pipeline.compute);
             pass.set_bind_group(0, &self.on_device.frame, &offsets);
             pass.set_bind_group(1, &self.on_device.scene, &[]);
             pass.set_bind_group(2, &buffers.group, &[]);
-            pass.dispatch_workgroups(pass_row.count.div_ceil(GROUP), 1, 1);
+            pass.dispatch_workgroups(pass_row.count.div_ceil(pipeline.workgroup[0]), 1, 1);
         }
         let size = (batch.len() * size_of::<HitRow>()) as u64;
         encoder.copy_buffer_to_buffer(&buffers.hits, 0, &buffers.staging, 0, size);

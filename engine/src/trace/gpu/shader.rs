@@ -5,6 +5,7 @@
 
 use std::collections::HashMap;
 
+use naga::back::wgsl::WriterFlags;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
 use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue,
@@ -133,42 +134,30 @@ pub fn shader_module(kernel: Kernel, special: Specialisation) -> Result<naga::Mo
         .map_err(|error| error.emit_to_string(&composer))
 }
 
+/// A kernel that a driver can be given.
+#[derive(Clone, Debug)]
+pub struct Shader {
+    /// Plain WGSL.
+    pub source: String,
+    /// Invocations of a workgroup, as the entry point states them.
+    pub workgroup: [u32; 3],
+}
+
 /// The kernel as plain WGSL.
 ///
 /// # Errors
 /// As [`shader_module`].
-pub fn shader_source(kernel: Kernel, special: Specialisation) -> Result<String, String> {
+pub fn shader_source(kernel: Kernel, special: Specialisation) -> Result<Shader, String> {
     let module = shader_module(kernel, special)?;
     let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
         .validate(&module)
         .map_err(|error| format!("{}: {error:?}", kernel.name()))?;
-    naga::back::wgsl::write_string(&module, &info, naga::back::wgsl::WriterFlags::empty())
-        .map_err(|error| format!("{}: {error}", kernel.name()))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn kernels_compose_with_nothing_and_with_everything() {
-        let all = Features {
-            reflection: true,
-            transmission: true,
-            smooth_normals: true,
-            meshes: true,
-            spheres: true,
-            planes: true,
-            cuboids: true,
-            spot_lights: true,
-            directional_lights: true,
-            fade: true,
-        };
-        for kernel in Kernel::ALL {
-            for features in [Features::default(), all] {
-                let source = shader_source(kernel, Specialisation::new(features, 8));
-                assert!(source.is_ok(), "{}", source.unwrap_err());
-            }
-        }
-    }
+    let source = naga::back::wgsl::write_string(&module, &info, WriterFlags::empty())
+        .map_err(|error| format!("{}: {error}", kernel.name()))?;
+    let entry = module.entry_points.iter().find(|e| e.name == kernel.name());
+    let entry = entry.ok_or_else(|| format!("{} has no entry point of its name", kernel.name()))?;
+    Ok(Shader {
+        source,
+        workgroup: entry.workgroup_size,
+    })
 }

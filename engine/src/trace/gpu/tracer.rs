@@ -9,20 +9,18 @@ use super::DevicePicture;
 use super::buffers::{create, read};
 use super::context::Gpu;
 use super::layout::{Layouts, bind};
-use super::pipelines::Pipelines;
+use super::pipelines::{Pipeline, Pipelines};
 use super::rays::RayBuffers;
 use super::report::{Report, Reports};
 use super::shader::{Kernel, Specialisation};
 use super::upload::SceneOnDevice;
-use crate::frame::wire::PassRow;
+use crate::frame::wire::{PassRow, ViewRow};
 use crate::frame::{FrameScene, TraceSettings};
 use crate::trace::{
     Backend, Counters, Hit, PackedScene, PassTime, Picture, Query, Ray, TraceError, Tracer,
     no_picture_yet,
 };
 
-/// Side of the kernel's square workgroups in pixels.
-const GROUP_SIDE: u32 = 8;
 /// Samples of a dispatch: enough to fill a GPU many times over, few enough that a display driver's
 /// watchdog (seconds) does not take a slow one for dead.
 const BAND_SAMPLES: u64 = 1 << 20;
@@ -101,8 +99,9 @@ impl GpuTracer {
         let most = limits
             .max_storage_buffer_binding_size
             .min(limits.max_buffer_size);
-        let groups = size.max_element().div_ceil(GROUP_SIDE);
-        if bytes == 0 || bytes > most || groups > limits.max_compute_workgroups_per_dimension {
+        // A workgroup covers at least a pixel each way, so this many groups always suffice.
+        let longest = size.max_element();
+        if bytes == 0 || bytes > most || longest > limits.max_compute_workgroups_per_dimension {
             return Err(TraceError::TooLarge(format!(
                 "a picture of {} x {} pixels does not fit {}: it takes {bytes} bytes of at most {most}; ask for a smaller size",
                 size.x,
@@ -141,7 +140,7 @@ impl GpuTracer {
     /// One submission a band, so that no single one is long.
     fn submit_bands(
         &self,
-        pipeline: &wgpu::ComputePipeline,
+        pipeline: &Pipeline,
         target: &Target,
         bands: &[PassRow],
         offsets: &[u32],
@@ -160,12 +159,16 @@ impl GpuTracer {
                     label: Some(Kernel::Whitted.name()),
                     timestamp_writes: self.reports.writes(first, last),
                 });
-                pass.set_pipeline(pipeline);
+                pass.set_pipeline(&pipeline.compute);
                 pass.set_bind_group(0, &self.on_device.frame, &[*offset]);
                 pass.set_bind_group(1, &self.on_device.scene, &[]);
                 pass.set_bind_group(2, &target.group, &[]);
-                let across = target.size.x.div_ceil(GROUP_SIDE);
-                pass.dispatch_workgroups(across, band.count.div_ceil(GROUP_SIDE), 1);
+                let [wide, high, _] = pipeline.workgroup;
+                pass.dispatch_workgroups(
+                    target.size.x.div_ceil(wide),
+                    band.count.div_ceil(high),
+                    1,
+                );
             }
             let report = last.then(|| self.reports.record(&mut encoder)).flatten();
             self.gpu.queue.submit([encoder.finish()]);
@@ -220,7 +223,7 @@ impl Tracer for GpuTracer {
         let pipeline = self
             .pipelines
             .get(&self.gpu, &self.layouts, kernel, special)?;
-        let bands = bands(view.width, view.height, view.samples_per_axis);
+        let bands = bands(&view, pipeline.workgroup[1]);
         let offsets = self
             .on_device
             .write_passes(&self.gpu, &self.layouts, &bands)?;
@@ -288,16 +291,16 @@ pub(super) fn nothing_uploaded() -> TraceError {
     TraceError::Device("no frame has been uploaded yet".into())
 }
 
-/// Bands of whole workgroup rows with at most [`BAND_SAMPLES`] samples where that is possible.
-fn bands(width: u32, height: u32, samples_per_axis: u32) -> Vec<PassRow> {
-    let row = u64::from(width) * u64::from(samples_per_axis).pow(2);
-    let rows = (BAND_SAMPLES / row.max(1)) as u32 / GROUP_SIDE * GROUP_SIDE;
-    let rows = rows.clamp(GROUP_SIDE, height.max(GROUP_SIDE));
-    (0..height)
+/// Bands of whole workgroups of `group` rows, with at most [`BAND_SAMPLES`] samples where that is possible.
+fn bands(view: &ViewRow, group: u32) -> Vec<PassRow> {
+    let row = u64::from(view.width) * u64::from(view.samples_per_axis).pow(2);
+    let rows = u32::try_from(BAND_SAMPLES / row.max(1)).unwrap_or(u32::MAX) / group * group;
+    let rows = rows.clamp(group, view.height.max(group));
+    (0..view.height)
         .step_by(rows as usize)
         .map(|first| PassRow {
             first,
-            count: rows.min(height - first),
+            count: rows.min(view.height - first),
             ..PassRow::default()
         })
         .collect()
@@ -309,15 +312,26 @@ mod tests {
 
     #[test]
     fn bands_cover_every_row_once() {
-        for (width, height, n) in [(1, 1, 1), (640, 480, 1), (1920, 1081, 1), (4096, 2160, 8)] {
+        let view = |width, height, samples_per_axis| ViewRow {
+            width,
+            height,
+            samples_per_axis,
+            ..ViewRow::default()
+        };
+        for view in [
+            view(1, 1, 1),
+            view(640, 480, 1),
+            view(1920, 1081, 1),
+            view(4096, 2160, 8),
+        ] {
             let mut next = 0;
-            for band in bands(width, height, n) {
+            for band in bands(&view, 8) {
                 assert_eq!(band.first, next);
                 assert!(band.count > 0);
                 next += band.count;
             }
-            assert_eq!(next, height);
+            assert_eq!(next, view.height);
         }
-        assert_eq!(bands(1024, 768, 1).len(), 1);
+        assert_eq!(bands(&view(1024, 768, 1), 8).len(), 1);
     }
 }

@@ -1,0 +1,61 @@
+//! Every shader composes and validates for every scene, without a GPU.
+
+use orrery_engine::frame::Features;
+use orrery_engine::trace::gpu::{Kernel, Specialisation, shader_source};
+
+use crate::layout::all_features;
+
+/// Number of switches in [`Features`].
+const SWITCHES: u32 = 10;
+
+/// The features whose bits are set.
+fn features(bits: u32) -> Features {
+    let bit = |i: u32| bits >> i & 1 == 1;
+    Features {
+        reflection: bit(0),
+        transmission: bit(1),
+        meshes: bit(2),
+        spheres: bit(3),
+        planes: bit(4),
+        cuboids: bit(5),
+        smooth_normals: bit(6),
+        spot_lights: bit(7),
+        directional_lights: bit(8),
+        fade: bit(9),
+    }
+}
+
+fn compose(kernel: Kernel, features: Features, generations: u32) {
+    let special = Specialisation::new(features, generations);
+    if let Err(why) = shader_source(kernel, special) {
+        panic!("{kernel:?} with {features:?}:\n{why}");
+    }
+}
+
+#[test]
+fn pictures_compose_for_each_mix_of_shapes_and_rays() {
+    let all = (1 << SWITCHES) - 1;
+    assert_eq!(features(all), all_features());
+    for bits in 0..1 << 6 {
+        compose(Kernel::Whitted, features(bits), 8);
+    }
+}
+
+#[test]
+fn pictures_compose_with_each_feature_alone_and_with_each_missing() {
+    let all = (1 << SWITCHES) - 1;
+    for i in 0..SWITCHES {
+        compose(Kernel::Whitted, features(1 << i), 8);
+        compose(Kernel::Whitted, features(all & !(1 << i)), 8);
+    }
+    for generations in [0, 1, 5, 64, 1000] {
+        compose(Kernel::Whitted, all_features(), generations);
+    }
+}
+
+#[test]
+fn rays_compose_for_each_mix_of_shapes() {
+    for shapes in 0..1 << 4 {
+        compose(Kernel::Intersect, features(shapes << 2), 1);
+    }
+}
