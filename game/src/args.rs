@@ -1,0 +1,262 @@
+//! The command line on one page: what can be asked, and what its words must look like.
+
+use std::ops::Range;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use glam::UVec2;
+use orrery_engine::frame::wire::GENERATIONS_CAPACITY;
+use orrery_engine::input::KeyMap;
+
+use crate::pattern::Pattern;
+
+/// Largest side of a picture in pixels.
+const SIDE_LIMIT: u32 = 16_384;
+/// Largest number of samples a pixel.
+const SAMPLES_LIMIT: u32 = 256;
+
+/// Watch ray-traced scenes in motion.
+///
+/// Orrery ray traces scenes in which everything moves: mirrors, glass, shadows and meshes, in compute
+/// shaders on any GPU, without ray-tracing hardware, or on the processor where there is no GPU.
+///
+/// Without a command it plays a scene in a window (without a scene: the demo). Where there is no display
+/// it renders a short preview into the folder `frames` instead and says so.
+#[derive(Debug, Parser)]
+#[command(name = "orrery", version, after_long_help = EXAMPLES, max_term_width = 100)]
+pub struct Cli {
+    /// What to do; nothing: play.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+
+    /// Scene file to play, or the bare name of one in `assets/scenes`.
+    pub scene: Option<PathBuf>,
+
+    /// Keys of the window: `standard`, or `report` for those of the 2008 report.
+    #[arg(long, global = true, value_name = "MAP", default_value = "standard", value_parser = KeyMap::NAMES)]
+    pub keys: String,
+
+    #[command(flatten)]
+    pub common: Common,
+}
+
+const EXAMPLES: &str = "\
+Examples:
+  orrery                                         play the demo
+  orrery two_spheres                             play assets/scenes/two_spheres.ron
+  orrery render demo --frames 0..90              90 pictures of the demo, 3 seconds, into frames/
+  orrery render demo --frames 30 --out f30.exr   one picture, linear light, 32-bit float
+  orrery bench frame --backend cpu               how long a frame of the demo takes
+  orrery check my_scene.ron                      every problem of a scene file with its place
+
+Exit codes: 0 done, 1 the input is bad, 2 usage, 3 no usable device.";
+
+/// What to do.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Play a scene with the editor open.
+    Edit {
+        /// Scene file, or the bare name of one in `assets/scenes`.
+        scene: PathBuf,
+    },
+    /// Render exact frames of a scene into picture files.
+    ///
+    /// The same frame number gives the same picture, bit for bit, on every run of the same backend. A
+    /// file appears under its name only when it is whole, so a run that was stopped can be taken up again
+    /// with `--resume`.
+    ///
+    /// `.png` files hold what a display would show: exposure, tone curve and sRGB applied, 8 bit; with
+    /// `--linear16`, linear light clipped to [0, 1], 16 bit. `.exr` files hold linear light as it is.
+    Render(RenderRequest),
+    /// Measure, with the error bar beside the time.
+    ///
+    /// Prints a row a number, and writes them as JSON where asked. `--dump` writes the exact work that
+    /// was measured, so that other tracers can be timed on the same rays.
+    Bench(BenchRequest),
+    /// Read a scene file and list every problem with its line, field and what was expected.
+    Check {
+        /// Scene file, or the bare name of one in `assets/scenes`.
+        file: PathBuf,
+    },
+    /// List the graphics adapters and which one would be chosen.
+    Adapters,
+}
+
+/// Options of `render`.
+#[derive(Debug, Args)]
+pub struct RenderRequest {
+    /// Scene file, or the bare name of one in `assets/scenes`.
+    pub scene: PathBuf,
+    /// Frames `A..B`: A and all up to, but not including, B. A single number is that frame alone.
+    #[arg(long, value_name = "A..B", default_value = "0", value_parser = frames)]
+    pub frames: Range<u64>,
+    /// Frame numbers a second of scene time.
+    #[arg(long, value_name = "N", default_value = "30", value_parser = frames_per_sec)]
+    pub fps: f64,
+    /// File names: `####` or `%04d` becomes the frame number; the ending `.png` or `.exr` the format.
+    #[arg(long, value_name = "PATTERN", default_value = "frames/frame_####.png")]
+    pub out: Pattern,
+    /// PNG files hold linear light, 16 bit.
+    #[arg(long)]
+    pub linear16: bool,
+    /// Leave frames alone whose file is there already.
+    #[arg(long)]
+    pub resume: bool,
+}
+
+/// Options of `bench`.
+#[derive(Debug, Args)]
+pub struct BenchRequest {
+    /// Which benchmark; `--list` names them.
+    #[arg(default_value = "frame")]
+    pub name: String,
+    /// Name the benchmarks and stop.
+    #[arg(long)]
+    pub list: bool,
+    /// Scene file, or the bare name of one in `assets/scenes`.
+    #[arg(long, value_name = "SCENE", default_value = "demo")]
+    pub scene: PathBuf,
+    /// First frame measured, at 30 frames a second of scene time.
+    #[arg(long, value_name = "N", default_value_t = 30)]
+    pub frame: u64,
+    /// Frames measured, at least 20.
+    #[arg(long, value_name = "N", default_value_t = 24, value_parser = clap::value_parser!(u64).range(20..=100_000))]
+    pub repeat: u64,
+    /// Also write the rows as JSON.
+    #[arg(long, value_name = "FILE")]
+    pub json: Option<PathBuf>,
+    /// Also write the work itself (meshes, instances, spheres, rays by kind, hits) into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub dump: Option<PathBuf>,
+}
+
+/// What every command understands.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Common options")]
+pub struct Common {
+    /// What traces: compute shaders, all processor cores, or the slow f64 reference. `auto` takes the GPU
+    /// where there is one and the processor otherwise.
+    #[arg(long, global = true, value_name = "B", value_enum, default_value_t = BackendChoice::Auto)]
+    pub backend: BackendChoice,
+    /// Graphics adapter by its number in `orrery adapters`, or by a part of its name.
+    #[arg(long, global = true, value_name = "N|NAME")]
+    pub adapter: Option<String>,
+    /// Pixels across and down, such as 1280x720.
+    #[arg(long, global = true, value_name = "WxH", value_parser = size)]
+    pub size: Option<UVec2>,
+    /// Generations of rays followed, whatever the scene says; 1 is camera rays alone.
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(GENERATIONS_CAPACITY)))]
+    pub depth: Option<u32>,
+    /// Samples a pixel, on a regular grid: a square number (1, 4, 9, 16, ...). Cost grows with it.
+    #[arg(long, global = true, value_name = "N", default_value = "1", value_parser = samples)]
+    pub samples: SamplesPerPixel,
+    /// Write when every system and pass of every frame ran, and for how long: .csv or .json.
+    #[arg(long, global = true, value_name = "FILE")]
+    pub profile: Option<PathBuf>,
+    /// What is logged to stderr: off, error, warn, info, debug or trace.
+    #[arg(long, global = true, value_name = "LEVEL", default_value = "warn")]
+    pub log: String,
+}
+
+/// Words of `--backend`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum BackendChoice {
+    /// The GPU where there is one, the processor otherwise.
+    Auto,
+    /// Compute shaders, f32.
+    Gpu,
+    /// All processor cores, f32.
+    Cpu,
+    /// One slow, obvious f64 tracer.
+    Reference,
+}
+
+/// A square number of samples; holds its root.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct SamplesPerPixel {
+    /// Samples along each side of a pixel.
+    pub per_axis: u32,
+}
+
+fn size(text: &str) -> Result<UVec2, String> {
+    let expected = || format!("expected WIDTHxHEIGHT, each from 1 to {SIDE_LIMIT}, as in 1280x720");
+    let (width, height) = text.split_once(['x', 'X']).ok_or_else(expected)?;
+    let side = |word: &str| {
+        u32::from_str(word)
+            .ok()
+            .filter(|side| (1..=SIDE_LIMIT).contains(side))
+            .ok_or_else(expected)
+    };
+    Ok(UVec2::new(side(width)?, side(height)?))
+}
+
+fn frames(text: &str) -> Result<Range<u64>, String> {
+    let expected = "expected A..B with A less than B, as in 0..90, or one frame number";
+    let number = |word: &str| u64::from_str(word).map_err(|_| expected.to_owned());
+    let range = match text.split_once("..") {
+        Some((first, end)) => number(first)?..number(end)?,
+        None => {
+            let only = number(text)?;
+            only..only.saturating_add(1)
+        }
+    };
+    if range.is_empty() {
+        return Err(format!("there is no frame in it; {expected}"));
+    }
+    Ok(range)
+}
+
+fn frames_per_sec(text: &str) -> Result<f64, String> {
+    f64::from_str(text)
+        .ok()
+        .filter(|fps| fps.is_finite() && *fps > 0.0)
+        .ok_or_else(|| "expected a number greater than 0, as in 30 or 23.976".to_owned())
+}
+
+fn samples(text: &str) -> Result<SamplesPerPixel, String> {
+    let count = u32::from_str(text).ok().filter(|n| *n <= SAMPLES_LIMIT);
+    let per_axis = count.map(u32::isqrt).unwrap_or(0);
+    if per_axis == 0 || count != Some(per_axis * per_axis) {
+        return Err(format!(
+            "samples lie on a regular grid, so expected a square number: 1, 4, 9, 16, ... up to {SAMPLES_LIMIT}"
+        ));
+    }
+    Ok(SamplesPerPixel { per_axis })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_command_line_is_well_formed() {
+        use clap::CommandFactory;
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn frames_are_half_open() {
+        assert_eq!(frames("3..7"), Ok(3..7));
+        assert_eq!(frames("5"), Ok(5..6));
+        for wrong in ["7..3", "3..3", "a", "1..", "..4", "-1", "1...3"] {
+            assert!(frames(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn sizes_are_two_numbers() {
+        assert_eq!(size("640x360"), Ok(UVec2::new(640, 360)));
+        for wrong in ["640", "0x3", "3x0", "x", "640x", "99999x2", "2x2x2"] {
+            assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn samples_are_squares() {
+        assert_eq!(samples("9"), Ok(SamplesPerPixel { per_axis: 3 }));
+        for wrong in ["0", "2", "8", "289", "x", "-1"] {
+            assert!(samples(wrong).is_err(), "{wrong}");
+        }
+    }
+}

@@ -1,0 +1,58 @@
+//! `orrery bench`: named benchmarks, their rows on the terminal and as JSON.
+//!
+//! A benchmark is a line in [`ALL`] and a function that returns rows. Timings are wall-clock times of
+//! the work named, after a warm-up; errors against the f64 reference stand beside them.
+
+mod dump;
+mod error;
+mod frame;
+mod rays;
+mod report;
+mod work;
+
+use crate::args::{BenchRequest, Common};
+use crate::failure::Failure;
+use crate::output::say;
+
+use report::Report;
+
+/// A named measurement.
+struct Benchmark {
+    name: &'static str,
+    about: &'static str,
+    run: fn(&BenchRequest, &Common) -> Result<Report, Failure>,
+}
+
+/// All benchmarks, in the order they are listed.
+const ALL: [Benchmark; 1] = [Benchmark {
+    name: "frame",
+    about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
+    run: frame::run,
+}];
+
+/// Runs what was asked for.
+pub fn run(request: &BenchRequest, common: &Common) -> Result<(), Failure> {
+    if request.list {
+        for benchmark in &ALL {
+            say(format_args!("{:<10}{}", benchmark.name, benchmark.about));
+        }
+        return Ok(());
+    }
+    let Some(benchmark) = ALL.iter().find(|b| b.name == request.name) else {
+        let names: Vec<&str> = ALL.iter().map(|b| b.name).collect();
+        return Err(Failure::Usage(format!(
+            "no benchmark `{}`; there is {}",
+            request.name,
+            names.join(", ")
+        )));
+    };
+    let report = (benchmark.run)(request, common)?;
+    report.print();
+    if let Some(path) = &request.json {
+        report.write_json(path)?;
+    }
+    if let Some(folder) = &request.dump {
+        dump::run(folder, request, common)?;
+    }
+    Ok(())
+}

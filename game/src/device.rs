@@ -1,0 +1,35 @@
+//! From `--backend` and `--adapter` to an open tracer.
+
+use orrery_engine::trace::{Backend, BackendChoice as Choice, Tracer, open_tracer};
+
+use crate::args::{BackendChoice, Common};
+use crate::failure::Failure;
+use crate::output::note;
+
+/// Opens the tracer that was asked for; says in a line if `auto` had to make do without a GPU.
+pub fn open(common: &Common) -> Result<Box<dyn Tracer>, Failure> {
+    open_choice(common.backend, common)
+}
+
+/// Opens one backend, whatever `--backend` says, on the adapter that was asked for.
+pub fn open_choice(choice: BackendChoice, common: &Common) -> Result<Box<dyn Tracer>, Failure> {
+    let choice = match backend(choice) {
+        Some(backend) => Choice::Backend(backend),
+        None => Choice::Auto,
+    };
+    let (tracer, remark) = open_tracer(choice, common.adapter.as_deref(), None)?;
+    if let Some(remark) = remark {
+        note(remark);
+    }
+    Ok(tracer)
+}
+
+/// The backend a word names; none: `auto`.
+pub fn backend(choice: BackendChoice) -> Option<Backend> {
+    match choice {
+        BackendChoice::Auto => None,
+        BackendChoice::Gpu => Some(Backend::Gpu),
+        BackendChoice::Cpu => Some(Backend::Cpu),
+        BackendChoice::Reference => Some(Backend::Reference),
+    }
+}

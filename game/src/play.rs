@@ -1,0 +1,55 @@
+//! `orrery [SCENE]` and `orrery edit SCENE`: a window where there is a display, else a preview in files.
+
+use std::path::Path;
+
+use glam::UVec2;
+use orrery_engine::input::KeyMap;
+use orrery_engine::window::{WindowError, WindowOptions, display_available, run as run_window};
+
+use crate::args::Common;
+use crate::failure::Failure;
+use crate::output::say;
+use crate::{assets, device, preview, stage};
+
+/// Size of the window unless asked otherwise.
+const SIZE: UVec2 = UVec2::new(1280, 720);
+
+/// Whether the editor is open at first.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Mode {
+    /// The picture alone.
+    Play,
+    /// With the editor.
+    Edit,
+}
+
+/// Plays a scene; none: the demo.
+pub fn run(scene: Option<&Path>, common: &Common, keys: &str, mode: Mode) -> Result<(), Failure> {
+    let scene = scene.unwrap_or(Path::new(assets::DEMO));
+    if let Err(why) = display_available() {
+        say(format_args!("no display ({why}): a preview instead"));
+        return preview::run(scene, common);
+    }
+    let engine = stage::set(scene, common, SIZE, 30.0)?;
+    let defaults = WindowOptions::default();
+    let options = WindowOptions {
+        title: scene
+            .file_stem()
+            .map_or(defaults.title, |stem| stem.to_string_lossy().into_owned()),
+        size: common.size.unwrap_or(SIZE),
+        show_editor: mode == Mode::Edit,
+        backend: device::backend(common.backend),
+        adapter: common.adapter.clone(),
+        key_map: KeyMap::named(keys).unwrap_or(defaults.key_map),
+        ..WindowOptions::default()
+    };
+    match run_window(engine, options) {
+        Ok(()) => Ok(()),
+        Err(WindowError::NoDisplay(why)) => {
+            say(format_args!("no display ({why}): a preview instead"));
+            preview::run(scene, common)
+        }
+        Err(WindowError::NoTracer(error) | WindowError::Device(error)) => Err(error.into()),
+        Err(error @ WindowError::Schedule(_)) => Err(Failure::Input(error.to_string())),
+    }
+}

@@ -1,0 +1,128 @@
+//! Where there is no display: a preview of the scene as pictures in a folder, and a contact sheet.
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use glam::UVec2;
+use orrery_engine::Engine;
+use orrery_engine::present::{FileError, write_png8};
+use orrery_engine::profile::Profile;
+use orrery_engine::time::Time;
+use orrery_engine::trace::Picture;
+
+use crate::args::Common;
+use crate::contact_sheet::{contact_sheet, halved};
+use crate::failure::Failure;
+use crate::output::{progress, say};
+use crate::profile_log::ProfileLog;
+use crate::{device, interrupt, stage};
+
+/// Size unless asked otherwise.
+const SIZE: UVec2 = UVec2::new(640, 360);
+/// Seconds of the scene shown.
+const SCENE_SECS: u64 = 5;
+/// What rendering may take, by the pace of the first picture; leaves room below a minute for loading.
+const BUDGET: Duration = Duration::from_secs(38);
+/// When rendering stops, whatever is left: the scene got heavier than its first picture.
+const DEADLINE: Duration = Duration::from_secs(50);
+/// Frame rates to choose from, smoothest first.
+const RATES: [u64; 7] = [30, 15, 10, 6, 3, 2, 1];
+/// Pictures on the contact sheet.
+const SHEET: usize = 12;
+
+const FOLDER: &str = "frames";
+
+/// Renders the preview of a scene and says where it is.
+pub fn run(scene: &Path, common: &Common) -> Result<(), Failure> {
+    let mut engine = stage::set(scene, common, SIZE, 1.0)?;
+    let mut log = ProfileLog::open(common.profile.as_deref())?;
+    stage::cast(&mut engine, device::open(common)?);
+    interrupt::listen();
+    let size = common.size.unwrap_or(SIZE);
+    let rate = affordable_rate(pace(&mut engine)?);
+    let count = SCENE_SECS * rate;
+    say(format_args!(
+        "rendering {SCENE_SECS} seconds at {rate} frames a second, {}x{}, into {FOLDER}/",
+        size.x, size.y
+    ));
+    remove_old_preview();
+    engine.world.resource_mut::<Time>().frames_per_sec = rate as f64;
+    let start = Instant::now();
+    let bar = progress(count, "rendering");
+    let mut small = Vec::new();
+    let every = (count as usize).div_ceil(SHEET).max(1);
+    let mut done = 0;
+    for frame in 0..count {
+        let picture = stage::picture(&mut engine, frame)?;
+        log.frame(frame, engine.world.resource::<Profile>())?;
+        write(&engine, &frame_path(frame), &picture)?;
+        if frame as usize % every == 0 {
+            small.push(halved(&picture));
+        }
+        bar.inc(1);
+        done = frame + 1;
+        if interrupt::asked() || start.elapsed() > DEADLINE {
+            break;
+        }
+    }
+    let sheet = Path::new(FOLDER).join("contact_sheet.png");
+    write(&engine, &sheet, &contact_sheet(&small))?;
+    if done < count {
+        bar.abandon();
+        say(format_args!("stopped after {done} of {count} pictures"));
+    } else {
+        bar.finish_and_clear();
+    }
+    log.finish()?;
+    say(format_args!(
+        "{done} pictures: {} to {}; all at a glance: {}",
+        frame_path(0).display(),
+        frame_path(done.saturating_sub(1)).display(),
+        sheet.display()
+    ));
+    Ok(())
+}
+
+/// What a picture takes: the second one's time, since the first also builds trees and warms up.
+fn pace(engine: &mut Engine) -> Result<Duration, Failure> {
+    stage::picture(engine, 0)?;
+    let start = Instant::now();
+    stage::picture(engine, SCENE_SECS / 2)?;
+    Ok(start.elapsed())
+}
+
+/// The smoothest frame rate that fits the budget; one frame a second fits always.
+fn affordable_rate(pace: Duration) -> u64 {
+    let fits = |rate: &u64| pace.as_secs_f64() * (SCENE_SECS * rate) as f64 <= BUDGET.as_secs_f64();
+    RATES.into_iter().find(fits).unwrap_or(1)
+}
+
+fn frame_path(frame: u64) -> PathBuf {
+    Path::new(FOLDER).join(format!("preview_{frame:04}.png"))
+}
+
+/// Takes away what an earlier preview left, so that a shorter one does not mix with it.
+fn remove_old_preview() {
+    for frame in 0..SCENE_SECS * RATES[0] {
+        // Not there is what is wanted; what cannot be removed will say so when it is written.
+        let _ = std::fs::remove_file(frame_path(frame));
+    }
+}
+
+fn write(engine: &Engine, path: &Path, picture: &Picture) -> Result<(), Failure> {
+    let view = stage::view(engine);
+    write_png8(path, picture, view.exposure, view.tone_map)
+        .map_err(|error: FileError| Failure::Input(error.to_string()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn slow_machines_get_fewer_frames() {
+        assert_eq!(affordable_rate(Duration::from_millis(10)), 30);
+        assert_eq!(affordable_rate(Duration::from_millis(500)), 15);
+        assert_eq!(affordable_rate(Duration::from_secs(100)), 1);
+    }
+}

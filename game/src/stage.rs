@@ -1,0 +1,69 @@
+//! An engine with a scene on it and a tracer before it: what every command that makes pictures needs.
+
+use std::path::Path;
+
+use glam::UVec2;
+use orrery_engine::Engine;
+use orrery_engine::frame::{FrameScene, TraceSettings, View};
+use orrery_engine::time::{Clock, Time};
+use orrery_engine::trace::{ActiveTracer, Picture, TraceFault, Tracer};
+
+use crate::args::Common;
+use crate::assets::find_scene;
+use crate::failure::Failure;
+use crate::output::note;
+
+/// Puts a scene (a path, or the bare name of one that comes along) into a new engine without a tracer.
+pub fn set(
+    scene: &Path,
+    common: &Common,
+    size: UVec2,
+    frames_per_sec: f64,
+) -> Result<Engine, Failure> {
+    let path = find_scene(scene)?;
+    let mut engine = Engine::new();
+    engine
+        .add_plugin(orrery_engine::scene::plugin)
+        .add_plugin(orrery_engine::profile::plugin);
+    let report = orrery_engine::scene::load(&mut engine.world, &path)
+        .map_err(|problems| Failure::Input(problems.to_string()))?;
+    for warning in &report.warnings {
+        note(format_args!("note: {warning}"));
+    }
+    engine.world.insert_resource(TraceSettings {
+        size: common.size.unwrap_or(size),
+        samples_per_axis: common.samples.per_axis,
+        max_generations: common.depth,
+    });
+    engine.world.resource_mut::<Time>().frames_per_sec = frames_per_sec;
+    Ok(engine)
+}
+
+/// Gives the engine the tracer it renders with from now on.
+pub fn cast(engine: &mut Engine, tracer: Box<dyn Tracer>) {
+    engine.world.resource_mut::<ActiveTracer>().0 = Some(tracer);
+}
+
+/// Runs the frame of that number.
+pub fn advance(engine: &mut Engine, frame: u64) -> Result<(), Failure> {
+    *engine.world.resource_mut::<Clock>() = Clock::Frame(frame);
+    engine.frame();
+    match engine.world.resource_mut::<TraceFault>().0.take() {
+        Some(fault) => Err(fault.into()),
+        None => Ok(()),
+    }
+}
+
+/// Runs the frame of that number and hands its picture out.
+pub fn picture(engine: &mut Engine, frame: u64) -> Result<Picture, Failure> {
+    advance(engine, frame)?;
+    match &mut engine.world.resource_mut::<ActiveTracer>().0 {
+        Some(tracer) => Ok(tracer.picture()?),
+        None => Err(Failure::NoDevice("no tracer was opened".into())),
+    }
+}
+
+/// The eye of the last frame.
+pub fn view(engine: &Engine) -> View {
+    engine.world.resource::<FrameScene>().view
+}
