@@ -13,23 +13,19 @@ pub fn open(common: &Common) -> Result<Box<dyn Tracer>, Failure> {
 
 /// Opens one backend, whatever `--backend` says, on the adapter that was asked for.
 pub fn open_choice(choice: BackendChoice, common: &Common) -> Result<Box<dyn Tracer>, Failure> {
-    let choice = match backend(choice) {
-        Some(backend) => Choice::Backend(backend),
-        None => Choice::Auto,
-    };
-    let (tracer, remark) = open_tracer(choice, common.adapter.as_deref(), None)?;
+    let (tracer, remark) = open_tracer(wanted(choice), common.adapter.as_deref(), None)?;
     if let Some(remark) = remark {
         note(remark);
     }
     Ok(tracer)
 }
 
-/// The backend a word names; none: `auto`.
-pub fn backend(choice: BackendChoice) -> Option<Backend> {
+/// What a word of `--backend` means to the engine.
+pub fn wanted(choice: BackendChoice) -> Choice {
     match choice {
-        BackendChoice::Auto => None,
-        BackendChoice::Gpu => Some(Backend::Gpu),
-        BackendChoice::Cpu => Some(Backend::Cpu),
-        BackendChoice::Reference => Some(Backend::Reference),
+        BackendChoice::Auto => Choice::Auto,
+        BackendChoice::Gpu => Choice::Backend(Backend::Gpu),
+        BackendChoice::Cpu => Choice::Backend(Backend::Cpu),
+        BackendChoice::Reference => Choice::Backend(Backend::Reference),
     }
 }

@@ -38,7 +38,7 @@ pub fn run(scene: Option<&Path>, common: &Common, keys: &str, mode: Mode) -> Res
             .map_or(defaults.title, |stem| stem.to_string_lossy().into_owned()),
         size: common.size.unwrap_or(SIZE),
         show_editor: mode == Mode::Edit,
-        backend: device::backend(common.backend),
+        backend: device::wanted(common.backend),
         adapter: common.adapter.clone(),
         key_map: KeyMap::named(keys).unwrap_or(defaults.key_map),
         ..WindowOptions::default()
