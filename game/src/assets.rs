@@ -37,9 +37,8 @@ fn missing(named: &Path, scenes: Option<&Path>) -> String {
     match scenes {
         Some(scenes) => sentence += &format!(" and {})", scenes.display()),
         None => {
-            sentence += &format!(
-                "; the folder {SCENES} was found neither above it nor above the program)"
-            );
+            sentence +=
+                &format!("; the folder {SCENES} was found neither above it nor above the program)");
         }
     }
     if let Some(near) = nearest(named, scenes) {

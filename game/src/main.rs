@@ -44,8 +44,15 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         Some(_) if cli.scene.is_some() => Err(Failure::Usage(
             "a scene before a command: write `orrery SCENE`, or `orrery COMMAND SCENE`".into(),
         )),
-        None => play::run(cli.scene.as_deref(), &cli.common, &cli.keys, play::Mode::Play),
-        Some(Command::Edit { scene }) => play::run(Some(scene), &cli.common, &cli.keys, play::Mode::Edit),
+        None => play::run(
+            cli.scene.as_deref(),
+            &cli.common,
+            &cli.keys,
+            play::Mode::Play,
+        ),
+        Some(Command::Edit { scene }) => {
+            play::run(Some(scene), &cli.common, &cli.keys, play::Mode::Edit)
+        }
         Some(Command::Render(request)) => render::run(request, &cli.common),
         Some(Command::Bench(request)) => bench::run(request, &cli.common),
         Some(Command::Check { file }) => check::run(file),

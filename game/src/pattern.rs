@@ -64,11 +64,7 @@ fn split(text: &str) -> (String, Option<usize>, String) {
         if rest[width..].starts_with('d') {
             // No picture has a number of more than 20 digits; a longer width is a slip of the keyboard.
             let digits = rest[..width].parse().unwrap_or(1).clamp(1, 20);
-            return (
-                text[..start].into(),
-                Some(digits),
-                rest[width + 1..].into(),
-            );
+            return (text[..start].into(), Some(digits), rest[width + 1..].into());
         }
     }
     (text.into(), None, String::new())

@@ -22,9 +22,7 @@ pub fn set(
 ) -> Result<Engine, Failure> {
     let path = find_scene(scene)?;
     let mut engine = Engine::new();
-    engine
-        .add_plugin(orrery_engine::scene::plugin)
-        .add_plugin(orrery_engine::profile::plugin);
+    engine.add_plugin(orrery_engine::profile::plugin);
     let report = orrery_engine::scene::load(&mut engine.world, &path)
         .map_err(|problems| Failure::Input(problems.to_string()))?;
     for warning in &report.warnings {

@@ -83,7 +83,10 @@ struct Folder(PathBuf);
 impl Folder {
     fn make(path: &Path) -> Result<Self, Failure> {
         std::fs::create_dir_all(path).map_err(|error| {
-            Failure::Input(format!("{}: cannot make the folder: {error}", path.display()))
+            Failure::Input(format!(
+                "{}: cannot make the folder: {error}",
+                path.display()
+            ))
         })?;
         Ok(Self(path.to_path_buf()))
     }

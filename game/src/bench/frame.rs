@@ -130,9 +130,8 @@ fn time_rows(backend: &str, samples: &Samples) -> Vec<Row> {
             .collect();
         rows.push(row(kind, "Mrays/s", Better::Higher, &rates));
     }
-    let of_counters = |value: fn(&Counters) -> f64| -> Vec<f64> {
-        samples.counters.iter().map(value).collect()
-    };
+    let of_counters =
+        |value: fn(&Counters) -> f64| -> Vec<f64> { samples.counters.iter().map(value).collect() };
     let uploads = of_counters(|c| c.bytes_uploaded as f64 / 1024.0);
     let trees = of_counters(|c| c.trees_updated as f64);
     rows.push(row("uploaded", "KiB", Better::Lower, &uploads));
@@ -150,8 +149,7 @@ fn reference_picture(request: &BenchRequest, common: &Common) -> Result<Picture,
     let start = Instant::now();
     stage::picture(&mut engine, request.frame)?;
     let small = start.elapsed().as_secs_f64();
-    let fits =
-        |d: &u32| small * f64::from(256 / (d * d)) <= REFERENCE_BUDGET.as_secs_f64();
+    let fits = |d: &u32| small * f64::from(256 / (d * d)) <= REFERENCE_BUDGET.as_secs_f64();
     let divisor = [1, 2, 4, 8].into_iter().find(fits).unwrap_or(16);
     resize(&mut engine, full / divisor);
     stage::picture(&mut engine, request.frame)
@@ -168,9 +166,8 @@ fn error_rows(
     let picture = stage::picture(engine, request.frame)?;
     resize(engine, size);
     let error = PictureError::of(&picture, reference);
-    let row = |what, unit, value| {
-        Row::single(format!("{backend}.{what}"), unit, Better::Lower, value)
-    };
+    let row =
+        |what, unit, value| Row::single(format!("{backend}.{what}"), unit, Better::Lower, value);
     Ok([
         row("mismatch", "ppm", error.mismatch_ppm).with_target(MISMATCH_TARGET),
         row("p99.9_error", "linear", error.p999),

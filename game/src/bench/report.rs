@@ -76,12 +76,7 @@ impl Row {
     }
 
     /// One value.
-    pub fn single(
-        name: impl Into<String>,
-        unit: &'static str,
-        better: Better,
-        value: f64,
-    ) -> Self {
+    pub fn single(name: impl Into<String>, unit: &'static str, better: Better, value: f64) -> Self {
         Self {
             name: name.into(),
             value,

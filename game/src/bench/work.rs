@@ -123,11 +123,7 @@ impl Builder {
         self.materials.push(material);
     }
 
-    fn finish(
-        mut self,
-        scene: &FrameScene,
-        spheres: &[(Vec3, f32, u32)],
-    ) -> Result<Work, String> {
+    fn finish(mut self, scene: &FrameScene, spheres: &[(Vec3, f32, u32)]) -> Result<Work, String> {
         let mut frame = FrameScene {
             view: View {
                 origin: DVec3::ZERO,
@@ -202,10 +198,7 @@ fn farthest(scene: &FrameScene) -> f64 {
             Shape::Mesh(mesh) => {
                 let mesh = &scene.meshes[mesh as usize];
                 let far = mesh.positions.iter().map(|p| p.length_squared());
-                (
-                    mesh.origin,
-                    f64::from(far.fold(0.0, f32::max).sqrt()),
-                )
+                (mesh.origin, f64::from(far.fold(0.0, f32::max).sqrt()))
             }
         };
         let m = instance.world_from_local.matrix3;
