@@ -26,8 +26,31 @@ pub fn import_obj(path: &Path) -> Result<Model, String> {
     // Some exporters write Latin-1 names; geometry is ASCII.
     let text = String::from_utf8_lossy(&bytes);
     // tobj 4.0 panics on some malformed lines (a colour of two numbers); what it unwinds through is ours.
-    catch_unwind(AssertUnwindSafe(|| read(&text, path)))
+    catch_unwind(AssertUnwindSafe(|| read(&plain(&text), path)))
         .unwrap_or_else(|_| Err("it is not a valid OBJ file (the reader gave up)".into()))
+}
+
+/// The text without what tobj 4.0 refuses but geometry does not need: colours after a vertex (some files
+/// have them on some vertices only), `usemtl` without a name, lines continued by a backslash.
+fn plain(text: &str) -> String {
+    let joined = text.replace("\\\r\n", " ").replace("\\\n", " ");
+    let mut plain = String::with_capacity(joined.len());
+    for line in joined.lines() {
+        let mut words = line.split_whitespace();
+        match words.next() {
+            Some("v") => {
+                plain.push('v');
+                for word in words.take(3) {
+                    plain.push(' ');
+                    plain.push_str(word);
+                }
+            }
+            Some("usemtl") if words.next().is_none() => {}
+            _ => plain.push_str(line),
+        }
+        plain.push('\n');
+    }
+    plain
 }
 
 fn read(text: &str, path: &Path) -> Result<Model, String> {

@@ -1,7 +1,7 @@
 use super::*;
 
 fn import(text: &str) -> Result<Model, String> {
-    read(text, Path::new("nowhere/x.obj"))
+    read(&plain(text), Path::new("nowhere/x.obj"))
 }
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -125,4 +125,11 @@ fn mutated_files_end_in_a_model_or_a_sentence() {
             }
         }
     }
+}
+
+#[test]
+fn colours_on_some_vertices_and_continued_lines_are_read() {
+    let text = "v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 \\\n0\nusemtl\nf 1 2 \\\r\n3\n";
+    let mesh = &import(text).unwrap().parts[0].mesh;
+    assert_eq!(mesh.vertices[2], DVec3::new(1.0, 1.0, 0.0));
 }
