@@ -191,6 +191,49 @@ def stars():
     mesh.write("stars.obj", "A sky")
 
 
+def gem():
+    """An icosahedron of radius 1 whose faces are cut in four: 80 facets."""
+    mesh = Mesh()
+    g = (1 + math.sqrt(5)) / 2
+    points = [(s * a, t * b, 0.0) for a, b in ((1, g),) for s in (-1, 1) for t in (-1, 1)]
+    points += [(0.0, y, z) for y, _, z in ((p[0], 0, p[1]) for p in points[:4])]
+    points += [(z, 0.0, x) for x, z, _ in points[:4]]
+
+    def unit(p):
+        length = math.sqrt(sum(c * c for c in p))
+        return tuple(c / length for c in p)
+
+    def near(a, b):
+        return sum((p - q) ** 2 for p, q in zip(a, b)) < 4.1
+
+    known = {}
+
+    def corner(p):
+        key = tuple(round(c, 6) for c in p)
+        if key not in known:
+            known[key] = mesh.point(*p)
+        return known[key]
+
+    def facet(a, b, c):
+        normal = [(b[i - 2] - a[i - 2]) * (c[i - 1] - a[i - 1]) - (b[i - 1] - a[i - 1]) * (c[i - 2] - a[i - 2]) for i in range(3)]
+        if sum(n * p for n, p in zip(normal, a)) < 0:
+            b, c = c, b
+        mesh.faces.append((corner(a), corner(b), corner(c)))
+
+    count = len(points)
+    for i in range(count):
+        for j in range(i + 1, count):
+            for k in range(j + 1, count):
+                a, b, c = points[i], points[j], points[k]
+                if not (near(a, b) and near(b, c) and near(a, c)):
+                    continue
+                ab, bc, ca = (unit([p + q for p, q in zip(u, v)]) for u, v in ((a, b), (b, c), (c, a)))
+                a, b, c = unit(a), unit(b), unit(c)
+                for piece in ((a, ab, ca), (ab, b, bc), (ca, bc, c), (ab, bc, ca)):
+                    facet(*piece)
+    mesh.write("sun.obj", "A cut gem of 80 facets, radius 1")
+
+
 for teeth, spokes in ((24, 3), (32, 4), (48, 5), (60, 6), (64, 6), (72, 6), (80, 8), (96, 8)):
     gear(teeth, spokes)
 turned("rod.obj", "Rod of radius 1 from y = 0 to 1", [(0, 0), (1, 0), (1, 1), (0, 1)], 24)
@@ -204,6 +247,7 @@ band("saturn_inner.obj", "Inner ring of a planet", 0.74, 0.96, 0.008, 128)
 band("saturn_outer.obj", "Outer ring of a planet", 1.0, 1.2, 0.008, 128)
 torus("hoop.obj", "Thin hoop of radius 1", 0.012, 128, 10)
 torus("rim.obj", "Rim of the table, radius 1", 0.006, 192, 10)
+gem()
 dial()
 skylight()
 stars()
