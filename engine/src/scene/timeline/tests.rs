@@ -80,7 +80,7 @@ fn eases_have_their_known_middles() {
 #[test]
 fn smooth_curves_have_no_corner_at_keys_or_at_the_seam() {
     let s = Ease::Smooth;
-    let points = [(0.0, 1.0, s), (1.0, 4.0, s), (3.0, -2.0, s), (4.0, 1.0, s)];
+    let points = [(0.0, 1.0, s), (1.0, 5.0, s), (3.0, -2.0, s), (4.0, 1.0, s)];
     let curve = Curve::new(&keys(&points), Loop::Repeat).unwrap();
     let h = 1e-6;
     for time in [1.0, 3.0, 4.0, 8.0] {
@@ -173,7 +173,7 @@ const MOVING: &str = "(version: 1,
         (id: \"crane\", transform: (translation: (1, 2, 3), rotation: Euler(10, 20, 30), scale: 2), children: [
             (id: \"second\", camera: ()),
         ]),
-        (id: \"arm\", children: [(id: \"moon\", sphere: (), transform: (translation: (3, 1, 0)))]),
+        (id: \"arm\", transform: (matrix: ((1, 0.5, 0, 2), (0, 1, 0, 0), (0, 0, 1, 0))), children: [(id: \"moon\", sphere: (), transform: (translation: (3, 1, 0)))]),
     ],
     timeline: (length: 6,
         tracks: [
