@@ -67,7 +67,7 @@ impl Engine {
         self.schedule
             .initialize(&mut self.world)
             .map(|_| ())
-            .map_err(|error| format!("{error:?}"))
+            .map_err(|error| error.to_string(self.schedule.graph(), &self.world))
     }
 
     /// Runs one frame.

@@ -108,11 +108,7 @@ impl std::error::Error for WindowError {}
 pub fn run(mut engine: Engine, options: WindowOptions) -> Result<(), WindowError> {
     display_available().map_err(WindowError::NoDisplay)?;
     let event_loop = EventLoop::new().map_err(|error| WindowError::NoDisplay(error.to_string()))?;
-    engine
-        .add_plugin(crate::input::plugin)
-        .add_plugin(crate::present::plugin)
-        .add_plugin(crate::editor::plugin)
-        .add_plugin(commands::plugin);
+    add_plugins(&mut engine);
     engine.validate().map_err(WindowError::Schedule)?;
     let mut clock = engine.world.resource_mut::<Clock>();
     if *clock == Clock::Paused {
@@ -124,5 +120,27 @@ pub fn run(mut engine: Engine, options: WindowOptions) -> Result<(), WindowError
         (Some(error), _) => Err(error),
         (None, Err(error)) => Err(WindowError::NoDisplay(error.to_string())),
         (None, Ok(())) => Ok(()),
+    }
+}
+
+/// What a windowed run has over a headless one.
+fn add_plugins(engine: &mut Engine) {
+    engine
+        .add_plugin(crate::input::plugin)
+        .add_plugin(crate::present::plugin)
+        .add_plugin(crate::editor::plugin)
+        .add_plugin(commands::plugin);
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_systems_of_a_windowed_run_can_be_ordered() {
+        let mut engine = Engine::new();
+        engine.add_plugin(crate::profile::plugin);
+        add_plugins(&mut engine);
+        assert_eq!(engine.validate(), Ok(()));
     }
 }
