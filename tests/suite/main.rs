@@ -2,5 +2,7 @@
 
 mod gpu;
 mod layout;
+mod present;
 mod shaders;
 mod tracers;
+mod window;

@@ -128,8 +128,12 @@ fn list(ui: &mut egui::Ui, world: &mut World, tree: &mut Tree, rows: &[Row]) {
                     ui.add_space(row.depth as f32 * ui.spacing().indent);
                     branch(ui, tree, row);
                     let is_selected = selected == Some(row.entity);
-                    let text = egui::Button::selectable(is_selected, row.label.as_str()).truncate();
-                    if ui.add(text).clicked() {
+                    // The whole line is the button, not the letters alone.
+                    let text = (row.label.as_str(), egui::Atom::grow());
+                    let line = egui::Button::selectable(is_selected, text)
+                        .truncate()
+                        .min_size(egui::vec2(ui.available_width(), height));
+                    if ui.add(line).clicked() {
                         let mut state = world.resource_mut::<EditorState>();
                         state.selected = (!is_selected).then_some(row.entity);
                     }

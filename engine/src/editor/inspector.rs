@@ -30,6 +30,8 @@ pub fn show(ui: &mut egui::Ui, world: &mut World) {
         .resizable(true)
         .frame(theme::panel())
         .show(ui, |ui| {
+            // As wide empty as full.
+            ui.expand_to_include_x(ui.max_rect().right());
             let selected = world.resource::<EditorState>().selected;
             match selected.filter(|&entity| world.get_entity(entity).is_ok()) {
                 None => {

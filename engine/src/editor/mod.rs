@@ -69,6 +69,8 @@ fn draw_panels(world: &mut World) {
         if profiler {
             profiler::show(ui, world);
         }
+        let picture = ui.available_rect_before_wrap();
+        world.resource_mut::<Ui>().leave_to_picture(picture);
         overlay::show(ui, world, help);
     });
 }

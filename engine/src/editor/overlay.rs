@@ -92,6 +92,7 @@ fn show_help(context: &egui::Context, world: &mut World) {
         .open(&mut open)
         .collapsible(false)
         .resizable(false)
+        .frame(theme::card())
         .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
         .show(context, |ui| {
             ui.horizontal_top(|ui| {

@@ -148,7 +148,7 @@ impl fmt::Display for Trigger {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Key(key) => f.write_str(&key_name(*key)),
-            Self::Drag(MouseButton::Right) => f.write_str("Right mouse button"),
+            Self::Drag(MouseButton::Right) => f.write_str("Right mouse button, held"),
             Self::Drag(button) => write!(f, "{button:?} mouse button"),
             Self::Wheel => f.write_str("Wheel"),
         }

@@ -9,6 +9,7 @@ pub struct Ui {
     context: egui::Context,
     input: egui::RawInput,
     platform: egui::PlatformOutput,
+    picture: Option<egui::Rect>,
     pub(super) shapes: Vec<egui::ClippedPrimitive>,
     pub(super) textures: egui::TexturesDelta,
     pub(super) pixels_per_point: f32,
@@ -23,6 +24,21 @@ impl Ui {
     /// What keyboard and mouse did since the last frame.
     pub fn feed(&mut self, input: egui::RawInput) {
         self.input = input;
+    }
+
+    /// Panels leave this part of the window to the picture, in points.
+    pub fn leave_to_picture(&mut self, rect: egui::Rect) {
+        self.picture = Some(rect);
+    }
+
+    /// Whether a position, in points, is on something of the overlay. egui's own answer is about the
+    /// pointer as it was in the last frame, which a quick move and click have left behind.
+    pub fn covers(&self, position: egui::Pos2) -> bool {
+        let floating = self
+            .context
+            .layer_id_at(position)
+            .is_some_and(|layer| layer.order != egui::Order::Background);
+        floating || self.picture.is_some_and(|rect| !rect.contains(position))
     }
 
     /// What the overlay asks of the window: cursor, clipboard.

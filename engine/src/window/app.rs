@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use bevy_ecs::change_detection::Mut;
 use glam::UVec2;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
@@ -12,8 +13,9 @@ use winit::window::{Fullscreen, Window, WindowId};
 
 use super::commands::{Requests, screenshot_path};
 use super::resolution::Resolution;
+use super::router::{self, Router};
 use super::title::{Title, words};
-use super::{WindowError, WindowOptions, router};
+use super::{WindowError, WindowOptions};
 use crate::app::Engine;
 use crate::editor::{EditorState, Notices, theme};
 use crate::frame::TraceSettings;
@@ -29,7 +31,7 @@ const FAILURES_TOLERATED: u32 = 8;
 /// A window that is open.
 struct Open {
     window: Arc<Window>,
-    overlay_input: egui_winit::State,
+    router: Router,
     resolution: Resolution,
     title: Title,
     device: String,
@@ -110,7 +112,7 @@ impl WindowApp {
         Ok(Open {
             resolution: Resolution::new(self.options.resolution_scale, self.first_scale(&gpu)),
             window,
-            overlay_input,
+            router: Router::new(overlay_input),
             title: Title::new(),
             device,
             hidden: false,
@@ -164,7 +166,7 @@ impl WindowApp {
             return;
         }
         let world = &mut self.engine.world;
-        let input = open.overlay_input.take_egui_input(&open.window);
+        let input = open.router.overlay().take_egui_input(&open.window);
         world.resource_mut::<Ui>().feed(input);
         world.resource_mut::<Screen>().resize(size);
         let shoot = std::mem::take(&mut world.resource_mut::<Requests>().screenshot);
@@ -197,7 +199,8 @@ impl WindowApp {
         let world = &mut self.engine.world;
         world.resource_mut::<Input>().end_frame();
         let output = world.resource_mut::<Ui>().take_platform_output();
-        open.overlay_input
+        open.router
+            .overlay()
             .handle_platform_output(&open.window, output);
         if std::mem::take(&mut world.resource_mut::<Requests>().fullscreen) {
             let full = open.window.fullscreen().is_none();
@@ -270,8 +273,11 @@ impl ApplicationHandler for WindowApp {
             WindowEvent::Occluded(hidden) => open.hidden = *hidden,
             _ => {}
         }
-        let mut input = self.engine.world.resource_mut::<Input>();
-        router::route(&mut open.overlay_input, &mut input, &open.window, &event);
+        let world = &mut self.engine.world;
+        world.resource_scope(|world, mut input: Mut<Input>| {
+            let ui = world.resource::<Ui>();
+            open.router.route(&mut input, ui, &open.window, &event);
+        });
     }
 
     fn device_event(&mut self, _: &ActiveEventLoop, _: DeviceId, event: DeviceEvent) {

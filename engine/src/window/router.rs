@@ -11,64 +11,100 @@ use winit::keyboard::PhysicalKey;
 use winit::window::{CursorGrabMode, Window};
 
 use crate::input::Input;
+use crate::present::Ui;
 
 /// Pixels that count as one notch of the wheel on a touch pad.
 const PIXELS_PER_NOTCH: f64 = 40.0;
 
-/// Sends an event where it belongs.
-pub fn route(state: &mut State, input: &mut Input, window: &Window, event: &WindowEvent) {
-    match event {
-        WindowEvent::KeyboardInput {
-            event: key,
-            is_synthetic,
-            ..
-        } => {
-            let down = key.state == ElementState::Pressed;
-            let typing = state.egui_ctx().egui_wants_keyboard_input();
-            if typing || !down {
-                let _ = state.on_window_event(window, event);
-            }
-            if let PhysicalKey::Code(code) = key.physical_key
-                && !is_synthetic
-                && !(typing && down)
-            {
-                input.key(code, down);
-            }
+/// Where events go, and where the pointer is.
+pub struct Router {
+    overlay: State,
+    /// Physical pixels; none outside the window.
+    pointer: Option<(f64, f64)>,
+}
+
+impl Router {
+    /// A router into an overlay.
+    pub fn new(overlay: State) -> Self {
+        Self {
+            overlay,
+            pointer: None,
         }
-        WindowEvent::MouseInput {
-            state: button_state,
-            button,
-            ..
-        } => {
-            let down = *button_state == ElementState::Pressed;
-            let over_panel = state.egui_ctx().egui_wants_pointer_input();
-            if over_panel || !down {
-                let _ = state.on_window_event(window, event);
+    }
+
+    /// The overlay's side.
+    pub fn overlay(&mut self) -> &mut State {
+        &mut self.overlay
+    }
+
+    /// Sends an event where it belongs.
+    pub fn route(&mut self, input: &mut Input, ui: &Ui, window: &Window, event: &WindowEvent) {
+        match event {
+            WindowEvent::KeyboardInput {
+                event: key,
+                is_synthetic,
+                ..
+            } => {
+                let down = key.state == ElementState::Pressed;
+                let typing = ui.context().egui_wants_keyboard_input();
+                if typing || !down {
+                    self.tell_overlay(window, event);
+                }
+                if let PhysicalKey::Code(code) = key.physical_key
+                    && !is_synthetic
+                    && !(typing && down)
+                {
+                    input.key(code, down);
+                }
             }
-            if !down || !over_panel {
-                input.button(*button, down);
-                hold_mouse(state, input, window);
+            WindowEvent::MouseInput { state, button, .. } => {
+                let down = *state == ElementState::Pressed;
+                let taken = self.overlay_takes_pointer(ui);
+                if taken || !down {
+                    self.tell_overlay(window, event);
+                }
+                if !taken || !down {
+                    input.button(*button, down);
+                    hold_mouse(ui, input, window);
+                }
             }
-        }
-        WindowEvent::MouseWheel { delta, .. } => {
-            if state.egui_ctx().egui_wants_pointer_input() {
-                let _ = state.on_window_event(window, event);
-            } else {
-                input.wheel_turned(match delta {
-                    MouseScrollDelta::LineDelta(_, lines) => f64::from(*lines),
-                    MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_PER_NOTCH,
-                });
+            WindowEvent::MouseWheel { .. } if self.overlay_takes_pointer(ui) => {
+                self.tell_overlay(window, event);
             }
+            WindowEvent::MouseWheel { delta, .. } => input.wheel_turned(match delta {
+                MouseScrollDelta::LineDelta(_, lines) => f64::from(*lines),
+                MouseScrollDelta::PixelDelta(pixels) => pixels.y / PIXELS_PER_NOTCH,
+            }),
+            WindowEvent::CursorMoved { position, .. } => {
+                self.pointer = Some((position.x, position.y));
+                if !is_looking(input) {
+                    self.tell_overlay(window, event);
+                }
+            }
+            WindowEvent::CursorLeft { .. } => {
+                self.pointer = None;
+                self.tell_overlay(window, event);
+            }
+            WindowEvent::Focused(false) => {
+                input.release_all();
+                hold_mouse(ui, input, window);
+                self.tell_overlay(window, event);
+            }
+            _ => self.tell_overlay(window, event),
         }
-        WindowEvent::CursorMoved { .. } if is_looking(input) => {}
-        WindowEvent::Focused(false) => {
-            input.release_all();
-            hold_mouse(state, input, window);
-            let _ = state.on_window_event(window, event);
-        }
-        _ => {
-            let _ = state.on_window_event(window, event);
-        }
+    }
+
+    /// The answer, whether the overlay used the event, is decided here and not asked for.
+    fn tell_overlay(&mut self, window: &Window, event: &WindowEvent) {
+        let _ = self.overlay.on_window_event(window, event);
+    }
+
+    fn overlay_takes_pointer(&self, ui: &Ui) -> bool {
+        let scale = ui.context().pixels_per_point();
+        let over = self
+            .pointer
+            .is_some_and(|(x, y)| ui.covers(egui::pos2(x as f32 / scale, y as f32 / scale)));
+        over || ui.context().egui_is_using_pointer()
     }
 }
 
@@ -84,11 +120,11 @@ fn is_looking(input: &Input) -> bool {
 }
 
 /// While the mouse turns the camera, its pointer is hidden and held where it is.
-fn hold_mouse(state: &State, input: &Input, window: &Window) {
+fn hold_mouse(ui: &Ui, input: &Input, window: &Window) {
     let looking = is_looking(input);
     if looking {
         // The picture was clicked: whatever was being typed into is left.
-        state.egui_ctx().memory_mut(|memory| {
+        ui.context().memory_mut(|memory| {
             if let Some(focused) = memory.focused() {
                 memory.surrender_focus(focused);
             }

@@ -1,0 +1,201 @@
+//! The real program in a real window: Xvfb for a screen, xdotool for hands. Fails where they are missing.
+
+use std::io::{BufRead, BufReader};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use image::RgbImage;
+
+/// Longer than a slow, busy machine needs to open a window or trace a small picture.
+const PATIENCE: Duration = Duration::from_secs(90);
+
+/// Nothing in it moves, so that only a key can change the picture.
+const SCENE: &str = r#"(
+    version: 1,
+    background: (0.1, 0.2, 0.4),
+    materials: { "red": (color: (0.9, 0.2, 0.1)), "floor": (color: (0.5, 0.5, 0.5)) },
+    entities: [
+        (id: "camera", camera: (fov: 50), transform: (eye: (0, 1.5, 6), target: (0, 0.5, 0))),
+        (id: "light", light: Point(color: (1, 1, 1)), transform: (translation: (3, 6, 4))),
+        (id: "ball", sphere: (radius: 1), material: "red", transform: (translation: (0, 1, 0))),
+        (id: "ground", plane: (), material: "floor"),
+    ],
+)"#;
+
+/// A process that does not outlive the test.
+struct Killed(Child);
+
+impl Drop for Killed {
+    fn drop(&mut self) {
+        // It may have ended by itself, which is as good.
+        let _ = self.0.kill();
+        let _ = self.0.wait();
+    }
+}
+
+/// A folder that does not outlive the test.
+struct Folder(PathBuf);
+
+impl Folder {
+    fn new(name: &str) -> Self {
+        let path = std::env::temp_dir().join(format!("orrery-{name}-{}", std::process::id()));
+        std::fs::create_dir_all(&path).expect("the folder for temporary files can be written");
+        Self(path)
+    }
+}
+
+impl Drop for Folder {
+    fn drop(&mut self) {
+        let _ = std::fs::remove_dir_all(&self.0);
+    }
+}
+
+/// Asks until there is an answer.
+fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
+    let start = Instant::now();
+    loop {
+        if let Some(answer) = ask() {
+            return answer;
+        }
+        assert!(start.elapsed() < PATIENCE, "gave up waiting for {what}");
+        std::thread::sleep(Duration::from_millis(50));
+    }
+}
+
+/// A screen of its own, on a display number that was free.
+fn screen() -> (Killed, String) {
+    let mut xvfb = Command::new("Xvfb")
+        .args([
+            "-displayfd",
+            "1",
+            "-screen",
+            "0",
+            "800x600x24",
+            "-nolisten",
+            "tcp",
+        ])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::null())
+        .spawn()
+        .map(Killed)
+        .expect("Xvfb starts (Debian: apt install xvfb; tests/run does it)");
+    let stdout = xvfb.0.stdout.take().expect("stdout is piped");
+    let mut number = String::new();
+    BufReader::new(stdout)
+        .read_line(&mut number)
+        .expect("Xvfb writes its display number");
+    (xvfb, format!(":{}", number.trim()))
+}
+
+fn xdotool(display: &str, arguments: &[&str]) -> Option<String> {
+    let output = Command::new("xdotool")
+        .args(arguments)
+        .env("DISPLAY", display)
+        .output()
+        .expect("xdotool runs (Debian: apt install xdotool; tests/run does it)");
+    let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
+    output.status.success().then_some(text)
+}
+
+/// The program, built beside this test.
+fn program() -> PathBuf {
+    let test = std::env::current_exe().expect("this test has a path");
+    let path = test
+        .ancestors()
+        .nth(2)
+        .expect("tests are two folders below the program")
+        .join(format!("orrery{}", std::env::consts::EXE_SUFFIX));
+    assert!(
+        path.exists(),
+        "{} is missing: cargo build --release -p orrery (tests/run does it)",
+        path.display()
+    );
+    path
+}
+
+fn play(scene: &Path, display: &str) -> Killed {
+    Command::new(program())
+        .arg(scene)
+        .args(["--size", "320x240", "--backend", "cpu"])
+        .current_dir(scene.parent().expect("the scene is in a folder"))
+        .env("DISPLAY", display)
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .spawn()
+        .map(Killed)
+        .expect("the program starts")
+}
+
+fn pictures(folder: &Path) -> Vec<PathBuf> {
+    let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
+    let mut paths: Vec<PathBuf> = entries
+        .map(|entry| entry.path())
+        .filter(|path| path.extension().is_some_and(|ending| ending == "png"))
+        .collect();
+    paths.sort();
+    paths
+}
+
+/// Presses F12 and reads the picture that comes of it.
+fn screenshot(display: &str, folder: &Path) -> RgbImage {
+    let before = pictures(folder);
+    xdotool(display, &["key", "F12"]).expect("a key can be pressed");
+    let path = wait_for("a screenshot", || {
+        pictures(folder)
+            .into_iter()
+            .find(|path| !before.contains(path))
+    });
+    image::open(&path)
+        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+        .to_rgb8()
+}
+
+fn is_black(picture: &RgbImage) -> bool {
+    picture.pixels().all(|pixel| pixel.0 == [0; 3])
+}
+
+#[test]
+fn a_key_moves_the_camera_of_a_real_window() {
+    let folder = Folder::new("window");
+    let scene = folder.0.join("still_life.ron");
+    std::fs::write(&scene, SCENE).expect("the scene can be written");
+    let shots = folder.0.join("screenshots");
+    let (_xvfb, display) = screen();
+    let mut player = play(&scene, &display);
+    let window = wait_for("the window", || {
+        let ended = player.0.try_wait().expect("the program can be asked");
+        assert!(
+            ended.is_none(),
+            "the program ended before its window opened: {ended:?}"
+        );
+        let found = xdotool(
+            &display,
+            &["search", "--onlyvisible", "--name", "still_life"],
+        )?;
+        found.lines().next().map(str::to_owned)
+    });
+    xdotool(&display, &["windowfocus", "--sync", &window]).expect("the window takes the focus");
+
+    let first = screenshot(&display, &shots);
+    let again = screenshot(&display, &shots);
+    assert_eq!((first.width(), first.height()), (320, 240));
+    assert!(!is_black(&first), "the picture is black");
+    assert!(
+        first == again,
+        "the picture changed although nothing was touched"
+    );
+
+    xdotool(&display, &["keydown", "w"]).expect("a key goes down");
+    std::thread::sleep(Duration::from_millis(700));
+    xdotool(&display, &["keyup", "w"]).expect("a key goes up");
+    let moved = screenshot(&display, &shots);
+    assert!(!is_black(&moved), "the picture is black after flying");
+    assert!(
+        first != moved,
+        "W was held, and the picture stayed as it was"
+    );
+
+    let ended = player.0.try_wait().expect("the program can be asked");
+    assert!(ended.is_none(), "the program ended by itself: {ended:?}");
+}
