@@ -1,7 +1,11 @@
 //! Every test that needs more than one module, in one binary.
 
+mod cli;
 mod gpu;
+mod ground_truth;
+mod house;
 mod layout;
+mod pictures;
 mod present;
 mod shaders;
 mod tracers;

@@ -1,0 +1,216 @@
+//! The program `orrery` from outside: exit codes, messages, files.
+
+use std::path::{Path, PathBuf};
+use std::process::{Command, Output};
+
+/// The built program, beside this test's own.
+fn program() -> PathBuf {
+    let suite = std::env::current_exe().expect("this program's path");
+    let folder = suite.ancestors().nth(2).expect("target/release");
+    let program = folder
+        .join("orrery")
+        .with_extension(std::env::consts::EXE_EXTENSION);
+    assert!(
+        program.is_file(),
+        "{} is not there; `cargo build --release` makes it (tests/run does)",
+        program.display()
+    );
+    program
+}
+
+/// A fresh folder for one test.
+fn folder(test: &str) -> PathBuf {
+    let folder = std::env::temp_dir().join(format!("orrery_cli_{}_{test}", std::process::id()));
+    let _ = std::fs::remove_dir_all(&folder);
+    std::fs::create_dir_all(&folder).expect("a folder for the test");
+    folder
+}
+
+/// Runs the program in the project's root without a display.
+fn orrery(arguments: &[&str]) -> Output {
+    Command::new(program())
+        .args(arguments)
+        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
+        .env_remove("DISPLAY")
+        .env_remove("WAYLAND_DISPLAY")
+        .env_remove("WAYLAND_SOCKET")
+        .output()
+        .expect("the program starts")
+}
+
+/// Holds the exit code, and that the words are among what was said; never a panic.
+fn expect(arguments: &[&str], code: i32, words: &[&str]) -> Output {
+    let output = orrery(arguments);
+    let said = format!(
+        "{}{}",
+        String::from_utf8_lossy(&output.stdout),
+        String::from_utf8_lossy(&output.stderr)
+    );
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}: {said}");
+    assert!(!said.contains("panicked"), "{arguments:?}: {said}");
+    for word in words {
+        assert!(said.contains(word), "{arguments:?}: no `{word}` in: {said}");
+    }
+    output
+}
+
+#[test]
+fn help_teaches_by_examples() {
+    expect(
+        &["--help"],
+        0,
+        &["Examples:", "orrery render", "Exit codes"],
+    );
+    expect(
+        &["render", "--help"],
+        0,
+        &["--frames", "--resume", "bit for bit"],
+    );
+    expect(&["bench", "--list"], 0, &["frame"]);
+}
+
+#[test]
+fn wrong_words_are_usage() {
+    expect(&["--nonsense"], 2, &["--nonsense"]);
+    expect(&["render"], 2, &["SCENE"]);
+    expect(&["render", "demo", "--size", "12"], 2, &["1280x720"]);
+    expect(&["render", "demo", "--frames", "9..3"], 2, &["0..90"]);
+    expect(&["render", "demo", "--samples", "5"], 2, &["square number"]);
+    expect(&["render", "demo", "--backend", "fpga"], 2, &["reference"]);
+    expect(&["render", "demo", "--out", "x.jpg"], 2, &[".png"]);
+    expect(
+        &["render", "demo", "--frames", "0..2", "--out", "x.png"],
+        2,
+        &["####"],
+    );
+    expect(&["render", "demo", "--depth", "0"], 2, &["1..=64"]);
+    expect(&["bench", "nonsense"], 2, &["frame"]);
+    expect(&["--log", "loud=very=loud", "adapters"], 2, &["warn"]);
+}
+
+#[test]
+fn a_missing_scene_is_bad_input_and_the_nearest_is_told() {
+    expect(
+        &["render", "two_sheres"],
+        1,
+        &["two_sheres", "looked in", "two_spheres.ron"],
+    );
+    expect(&["check", "no/such/file.ron"], 1, &["no/such/file.ron"]);
+    expect(&["check", "assets"], 1, &["folder"]);
+}
+
+#[test]
+fn check_lists_every_problem_and_what_is_right() {
+    let folder = folder("check");
+    let scene = folder.join("broken.ron");
+    let text = r#"(
+    version: 1,
+    entities: [
+        (id: "good", sphere: (radius: 1)),
+        (id: "bad", sphere: (radus: 1)),
+        (id: "worse", sphere: (radius: -1)),
+    ],
+)"#;
+    std::fs::write(&scene, text).expect("writable");
+    let scene = scene.display().to_string();
+    let words = ["broken.ron:5", "radius", "broken.ron:6", "problem"];
+    expect(&["check", &scene], 1, &words);
+    expect(
+        &["render", &scene, "--backend", "cpu"],
+        1,
+        &["broken.ron:5"],
+    );
+    expect(&["check", "two_spheres"], 0, &["entities"]);
+}
+
+#[test]
+fn rendering_twice_gives_the_same_bytes_and_resumes() {
+    let folder = folder("render");
+    let render = |name: &str, more: &[&str]| {
+        let out = folder.join(format!("{name}_##.png")).display().to_string();
+        let scene = [
+            "render",
+            "two_spheres",
+            "--frames",
+            "3..5",
+            "--size",
+            "64x48",
+        ];
+        let mut arguments = scene.to_vec();
+        arguments.extend(["--backend", "cpu", "--out", &out]);
+        arguments.extend(more);
+        expect(&arguments, 0, &[]);
+        [3, 4].map(|i| std::fs::read(folder.join(format!("{name}_0{i}.png"))).expect("a picture"))
+    };
+    let first = render("a", &[]);
+    assert_ne!(first[0], first[1], "frames 3 and 4 are the same");
+    assert_eq!(first, render("b", &[]));
+    std::fs::write(folder.join("a_03.png"), b"kept").expect("writable");
+    std::fs::remove_file(folder.join("a_04.png")).expect("removable");
+    let resumed = render("a", &["--resume"]);
+    assert_eq!(resumed, [b"kept".to_vec(), first[1].clone()]);
+    let left: Vec<_> = std::fs::read_dir(&folder)
+        .expect("readable")
+        .flatten()
+        .collect();
+    assert_eq!(left.len(), 4, "something was left behind: {left:?}");
+}
+
+#[test]
+fn a_profile_names_systems_and_passes() {
+    let folder = folder("profile");
+    for ending in ["csv", "json"] {
+        let log = folder.join(format!("spans.{ending}")).display().to_string();
+        let out = folder.join("still.exr").display().to_string();
+        let arguments = [
+            "render",
+            "two_spheres",
+            "--size",
+            "32x24",
+            "--backend",
+            "cpu",
+        ];
+        let mut arguments = arguments.to_vec();
+        arguments.extend(["--out", &out, "--profile", &log]);
+        expect(&arguments, 0, &["still.exr"]);
+        let text = std::fs::read_to_string(&log).expect("a profile");
+        assert!(text.contains("propagate<GlobalTransform>"), "{text}");
+        assert!(text.contains("pass"), "{text}");
+    }
+    let text = std::fs::read_to_string(folder.join("spans.json")).expect("a profile");
+    let events: serde_json::Value = serde_json::from_str(&text).expect("JSON");
+    assert!(events.as_array().is_some_and(|events| events.len() > 10));
+}
+
+#[test]
+fn a_place_that_cannot_be_written_is_bad_input() {
+    let folder = folder("unwritable");
+    let file = folder.join("file");
+    std::fs::write(&file, b"").expect("writable");
+    let out = file.join("x.png").display().to_string();
+    let arguments = [
+        "render",
+        "two_spheres",
+        "--size",
+        "8x8",
+        "--backend",
+        "cpu",
+        "--out",
+        &out,
+    ];
+    expect(&arguments, 1, &["x.png"]);
+}
+
+#[test]
+fn an_adapter_that_is_not_there_is_no_device() {
+    let arguments = [
+        "render",
+        "two_spheres",
+        "--backend",
+        "gpu",
+        "--adapter",
+        "Riva 128",
+    ];
+    expect(&arguments, 3, &["Riva 128"]);
+    expect(&["adapters"], 0, &["auto:"]);
+}
