@@ -56,7 +56,7 @@ pub fn run(scene: &Path, common: &Common) -> Result<(), Failure> {
         let picture = stage::picture(&mut engine, frame)?;
         log.frame(frame, engine.world.resource::<Profile>())?;
         write(&engine, &frame_path(frame), &picture)?;
-        if frame as usize % every == 0 {
+        if (frame as usize).is_multiple_of(every) {
             small.push(halved(&picture));
         }
         bar.inc(1);
