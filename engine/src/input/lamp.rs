@@ -22,6 +22,9 @@ struct Hold {
     home: DVec3,
 }
 
+/// Lights that stand somewhere.
+type Placed = Or<(With<PointLight>, With<SpotLight>)>;
+
 /// Moves the first light with a position, level, as the picture's camera sees right and away.
 pub(super) fn move_light(
     input: Res<Input>,
@@ -30,7 +33,7 @@ pub(super) fn move_light(
     fly: Res<FlyCamera>,
     scene: Res<FrameScene>,
     mut held: ResMut<HeldLight>,
-    mut lights: Query<(Entity, &mut Transform), Or<(With<PointLight>, With<SpotLight>)>>,
+    mut lights: Query<(Entity, &mut Transform), Placed>,
 ) {
     if keys.is_pressed(Action::Return, &input) {
         if let Some(hold) = held.hold.take()

@@ -46,7 +46,7 @@ impl Resolution {
 
     /// Takes note of what the last picture took.
     pub fn observe(&mut self, millis: f64) {
-        if self.fixed || !(millis > 0.0) {
+        if self.fixed || millis <= 0.0 {
             return;
         }
         self.millis += millis;
