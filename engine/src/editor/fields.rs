@@ -144,6 +144,8 @@ impl<'a> Fields<'a> {
             if now != *before {
                 self.edit(now);
             }
+        } else if let Some(text) = value.try_downcast_ref::<Name>() {
+            line(ui, "name", |ui| ui.label(text.as_str()));
         } else if let Some(&entity) = value.try_downcast_ref::<Entity>() {
             let text = label(self.world, entity);
             line(ui, name, |ui| {
@@ -189,7 +191,8 @@ impl<'a> Fields<'a> {
             }
         } else if let Some(&before) = value.try_downcast_ref::<DQuat>() {
             let (y, x, z) = before.to_euler(EulerRot::YXZ);
-            let degrees = [x, y, z].map(|radians| (radians.to_degrees() * 1e3).round() / 1e3);
+            // Adding zero turns -0 into 0.
+            let degrees = [x, y, z].map(|radians| (radians.to_degrees() * 1e3).round() / 1e3 + 0.0);
             let mut now = degrees;
             line(ui, name, |ui| axes(ui, &mut now, 0.5));
             if now != degrees {
