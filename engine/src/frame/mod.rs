@@ -12,7 +12,7 @@ pub use settings::TraceSettings;
 
 use crate::app::Engine;
 
-/// Adds the [`FrameScene`], the settings and extraction (set [`FrameSet::Extract`]).
+/// Adds the [`FrameScene`], the settings and extraction (set [`crate::schedule::FrameSet::Extract`]).
 pub fn plugin(engine: &mut Engine) {
     engine.world.init_resource::<FrameScene>();
     engine.world.init_resource::<TraceSettings>();

@@ -2,7 +2,7 @@
 //!
 //! A test parses the WGSL and compares names, order, offsets, sizes and constants with these.
 //! Positions are relative to the render origin (the eye), which is subtracted in f64 before rounding.
-//! "Affine rows" are the three rows of a 3x4 matrix: p'[i] = dot(row[i].xyz, p) + row[i].w.
+//! "Affine rows" are the three rows of a 3x4 matrix: `p'[i] = dot(row[i].xyz, p) + row[i].w`.
 
 use bytemuck::{Pod, Zeroable};
 

@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use glam::{DAffine3, DVec3, Vec3};
 
-/// A 3x4 matrix by rows: p'[i] = dot(row[i].xyz, p) + row[i].w.
+/// A 3x4 matrix by rows: `p'[i] = dot(row[i].xyz, p) + row[i].w.`
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct AffineRows(pub [[f32; 4]; 3]);
