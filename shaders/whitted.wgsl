@@ -45,9 +45,10 @@ fn pixel_color(x: u32, y: u32) -> vec3f {
 
 // The ray through a point of the picture, in pixels from its top left corner (ACCURACY B.2).
 fn camera_ray(px: f32, py: f32) -> Travel {
-    let sx = px / f32(view.width) - 0.5;
-    let sy = 0.5 - py / f32(view.height);
-    let aside = view.right * sx + view.up * sy;
+    // Half pixels from the middle: whole numbers, exact in f32, at the centres of pixels.
+    let across = 2.0 * px - f32(view.width);
+    let upward = f32(view.height) - 2.0 * py;
+    let aside = view.right_step * across + view.up_step * upward;
     if view.projection == PROJECTION_PERSPECTIVE {
         return camera_travel(vec3f(0.0), normalize(view.forward + aside));
     }

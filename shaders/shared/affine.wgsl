@@ -4,7 +4,7 @@
 #define_import_path orrery::affine
 
 fn map_point(rows: array<vec4f, 3>, p: vec3f) -> vec3f {
-    return map_vector(rows, p) + vec3f(rows[0].w, rows[1].w, rows[2].w);
+    return map_vector(rows, p) + map_translation(rows);
 }
 
 fn map_vector(rows: array<vec4f, 3>, v: vec3f) -> vec3f {
@@ -21,9 +21,9 @@ fn map_abs_linear(rows: array<vec4f, 3>, v: vec3f) -> vec3f {
     return vec3f(dot(abs(rows[0].xyz), v), dot(abs(rows[1].xyz), v), dot(abs(rows[2].xyz), v));
 }
 
-// |M| v + |t|.
-fn map_abs_affine(rows: array<vec4f, 3>, v: vec3f) -> vec3f {
-    return map_abs_linear(rows, v) + abs(vec3f(rows[0].w, rows[1].w, rows[2].w));
+// t.
+fn map_translation(rows: array<vec4f, 3>) -> vec3f {
+    return vec3f(rows[0].w, rows[1].w, rows[2].w);
 }
 
 // v at unit length; the fallback for no length at all. Squares of very small or large vectors would

@@ -98,7 +98,7 @@ fn shadow(surface: Surface, light: LightRow, to_light: vec3f) -> vec3f {
     let beam = beam_to(light, origin);
     var probe = Probe(
         origin, beam.dir, key_after(0.0), key_before(beam.distance),
-        surface.id, surface.prim, SEES_OPAQUE, true,
+        surface.row, surface.prim, SEES_OPAQUE, true,
     );
     var passed = vec3f(1.0);
     loop {

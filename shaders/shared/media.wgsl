@@ -1,16 +1,19 @@
 // What: the media a ray is inside of, and the index ratios that follow (ACCURACY B.5).
-// Reads: nothing. Writes: nothing.
+// Reads: instances, materials. Writes: nothing.
 // Twin: engine/src/trace/cpu/media.rs.
 #define_import_path orrery::media
 
 #import orrery::types::{MEDIA_CAPACITY, NONE}
+#import orrery::scene::{instances, materials}
 
-// In order of entry. Fixed size; what does not fit is counted.
+// Instance rows, the innermost first, NONE where there is none. Two vectors rather than an array: shifting
+// needs no index, so the list can stay in registers.
 struct Media {
-    ids: array<u32, MEDIA_CAPACITY>,
-    iors: array<f32, MEDIA_CAPACITY>,
-    count: u32,
+    near: vec4u,
+    far: vec4u,
 }
+
+const_assert MEDIA_CAPACITY == 8u;
 
 // The list on the other side of a boundary; `overflows`: a medium did not fit and was left out.
 struct Crossed {
@@ -18,52 +21,57 @@ struct Crossed {
     overflows: bool,
 }
 
-fn place_of(media: Media, id: u32) -> u32 {
-    for (var place = 0u; place < media.count; place++) {
-        if media.ids[place] == id {
-            return place;
-        }
-    }
-    return NONE;
+fn no_media() -> Media {
+    return Media(vec4u(NONE), vec4u(NONE));
 }
 
-// Index `depth` media up from the innermost, which is 1; air is outside of all.
-fn ior_at(media: Media, depth: u32) -> f32 {
-    if media.count < depth {
+fn is_inside(media: Media, row: u32) -> bool {
+    return any(media.near == vec4u(row)) || any(media.far == vec4u(row));
+}
+
+// Index of refraction of a medium; air is outside of all.
+fn ior_of(row: u32) -> f32 {
+    if row == NONE {
         return 1.0;
     }
-    return media.iors[media.count - depth];
+    return materials[instances[row].material].ior;
 }
 
 // Index here over index there at the boundary of a medium. Leaving one that is not the innermost changes
 // nothing.
-fn index_ratio(media: Media, id: u32, ior: f32) -> f32 {
-    let place = place_of(media, id);
-    if place == NONE {
-        return ior_at(media, 1u) / ior;
+fn index_ratio(media: Media, row: u32, ior: f32) -> f32 {
+    if media.near.x == row {
+        return ior / ior_of(media.near.y);
     }
-    if place + 1u == media.count {
-        return ior / ior_at(media, 2u);
+    if is_inside(media, row) {
+        return 1.0;
     }
-    return 1.0;
+    return ior_of(media.near.x) / ior;
 }
 
-fn cross_boundary(media: Media, id: u32, ior: f32) -> Crossed {
-    var beyond = media;
-    let place = place_of(media, id);
-    if place != NONE {
-        for (var next = place + 1u; next < media.count; next++) {
-            beyond.ids[next - 1u] = media.ids[next];
-            beyond.iors[next - 1u] = media.iors[next];
-        }
-        beyond.count = media.count - 1u;
-        return Crossed(beyond, false);
+fn cross_boundary(media: Media, row: u32) -> Crossed {
+    if is_inside(media, row) {
+        return Crossed(without(media, row), false);
     }
-    if media.count >= MEDIA_CAPACITY {
-        return Crossed(beyond, true);
+    if media.far.w != NONE {
+        return Crossed(media, true);
     }
-    beyond.ids[media.count] = id;
-    beyond.iors[media.count] = ior;
-    beyond.count = media.count + 1u;
-    return Crossed(beyond, false);
+    return Crossed(Media(vec4u(row, media.near.xyz), vec4u(media.near.w, media.far.xyz)), false);
+}
+
+// Those before the row stay, those after it move up.
+fn without(media: Media, row: u32) -> Media {
+    let near_x = media.near.x != row;
+    let near_y = near_x && media.near.y != row;
+    let near_z = near_y && media.near.z != row;
+    let near_w = near_z && media.near.w != row;
+    let far_x = near_w && media.far.x != row;
+    let far_y = far_x && media.far.y != row;
+    let far_z = far_y && media.far.z != row;
+    let near = vec4u(media.near.yzw, media.far.x);
+    let far = vec4u(media.far.yzw, NONE);
+    return Media(
+        select(near, media.near, vec4<bool>(near_x, near_y, near_z, near_w)),
+        select(far, media.far, vec4<bool>(far_x, far_y, far_z, false)),
+    );
 }

@@ -15,7 +15,7 @@
 #endif
 #ifdef TRANSMISSION
 #import orrery::counters::{media_overflows, refracted_rays, straight_overflows}
-#import orrery::media::{Media, cross_boundary, index_ratio}
+#import orrery::media::{Media, cross_boundary, index_ratio, no_media}
 #endif
 
 // Two indices closer than this, relatively, are one: the ray goes straight on.
@@ -26,7 +26,7 @@ struct Travel {
     origin: vec3f,
     generation: u32,
     dir: vec3f,
-    start_id: u32,
+    start_row: u32,
     weight: vec3f,
     start_prim: u32,
 #ifdef TRANSMISSION
@@ -48,9 +48,12 @@ fn camera_travel(origin: vec3f, dir: vec3f) -> Travel {
     ray.origin = origin;
     ray.generation = 1u;
     ray.dir = dir;
-    ray.start_id = NONE;
+    ray.start_row = NONE;
     ray.weight = vec3f(1.0);
     ray.start_prim = NONE;
+#ifdef TRANSMISSION
+    ray.media = no_media();
+#endif
     return ray;
 }
 
@@ -65,7 +68,7 @@ fn radiance(camera_ray: Travel) -> vec3f {
         var goes_on = false;
         let probe = Probe(
             ray.origin, ray.dir, key_after(0.0), key_before(FARTHEST),
-            ray.start_id, ray.start_prim, SEES_ALL, false,
+            ray.start_row, ray.start_prim, SEES_ALL, false,
         );
         let found = trace(probe);
         if found.row == NONE {
@@ -135,13 +138,13 @@ fn scatter(ray: Travel, surface: Surface) -> Scattered {
     if any(passed > vec3f(0.0)) {
         let k = 1.0 + eta * eta * (cosine * cosine - 1.0);
         if abs(eta - 1.0) < SAME_INDEX {
-            out = straight_on(ray, surface, material, passed);
+            out = straight_on(ray, surface, passed);
         } else if k < 0.0 {
             // Total internal reflection takes everything.
             reflected = vec3f(1.0);
         } else {
             let bent = ray.dir * eta + surface.n_shade * (eta * cosine - sqrt(k));
-            out = refracted(ray, surface, material, unit_or(bent, ray.dir), passed);
+            out = refracted(ray, surface, unit_or(bent, ray.dir), passed);
         }
     }
 #endif
@@ -158,7 +161,7 @@ fn scatter(ray: Travel, surface: Surface) -> Scattered {
 // Index of refraction here over there.
 fn crossing_ratio(ray: Travel, surface: Surface, material: MaterialRow) -> f32 {
 #ifdef TRANSMISSION
-    return index_ratio(ray.media, surface.id, material.ior);
+    return index_ratio(ray.media, surface.row, material.ior);
 #else
     return 1.0 / material.ior;
 #endif
@@ -175,7 +178,7 @@ fn spawn(ray: Travel, surface: Surface, dir: vec3f, weight: vec3f) -> Travel {
     next.origin = origin_towards(surface, dir);
     next.generation = ray.generation + 1u;
     next.dir = dir;
-    next.start_id = surface.id;
+    next.start_row = surface.row;
     next.weight = weight;
     next.start_prim = surface.prim;
 #ifdef TRANSMISSION
@@ -238,7 +241,7 @@ fn with_mirrored(so_far: Scattered, ray: Travel, mirrored: Travel) -> Scattered 
 #endif
 
 #ifdef TRANSMISSION
-fn refracted(ray: Travel, surface: Surface, material: MaterialRow, dir: vec3f, factor: vec3f) -> Scattered {
+fn refracted(ray: Travel, surface: Surface, dir: vec3f, factor: vec3f) -> Scattered {
     var out: Scattered;
     out.followed = ray;
     let weight = ray.weight * factor;
@@ -246,12 +249,12 @@ fn refracted(ray: Travel, surface: Surface, material: MaterialRow, dir: vec3f, f
         return out;
     }
     out.follows = true;
-    out.followed = entered(spawn(ray, surface, dir, weight), surface.id, material.ior);
+    out.followed = entered(spawn(ray, surface, dir, weight), surface.row);
     return out;
 }
 
 // The same ray beyond a boundary of equal indices, in the same generation; none once it crossed too many.
-fn straight_on(ray: Travel, surface: Surface, material: MaterialRow, factor: vec3f) -> Scattered {
+fn straight_on(ray: Travel, surface: Surface, factor: vec3f) -> Scattered {
     var out: Scattered;
     out.followed = ray;
     if ray.straight == STRAIGHT_CAPACITY {
@@ -262,14 +265,14 @@ fn straight_on(ray: Travel, surface: Surface, material: MaterialRow, factor: vec
     onward.generation = ray.generation;
     onward.straight = ray.straight + 1u;
     out.follows = true;
-    out.followed = entered(onward, surface.id, material.ior);
+    out.followed = entered(onward, surface.row);
     return out;
 }
 
 // The ray with its list of media as it is beyond the boundary.
-fn entered(ray: Travel, id: u32, ior: f32) -> Travel {
+fn entered(ray: Travel, row: u32) -> Travel {
     var beyond = ray;
-    let crossed = cross_boundary(ray.media, id, ior);
+    let crossed = cross_boundary(ray.media, row);
     beyond.media = crossed.media;
     refracted_rays += 1u;
     if crossed.overflows {

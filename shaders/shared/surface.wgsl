@@ -5,18 +5,17 @@
 
 #import orrery::types::{InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, NONE}
 #import orrery::scene::{instances, normals, triangles}
-#import orrery::affine::{map_abs_affine, map_abs_linear, map_point, map_transposed, map_vector, unit_or}
+#import orrery::affine::{map_abs_linear, map_point, map_transposed, map_translation, map_vector, unit_or}
 #import orrery::traverse::Found
 #ifdef CUBOIDS
 #import orrery::cuboid::cuboid_normal
 #endif
 
 // gamma(n) = n*eps / (1 - n*eps), eps = 2^-24: a bound on n roundings (pbrt-v4, 6.8).
+const GAMMA_ONE: f32 = 5.96046483e-8;
 const GAMMA_TWO: f32 = 1.19209304e-7;
-const GAMMA_THREE: f32 = 1.78813966e-7;
 const GAMMA_FOUR: f32 = 2.38418636e-7;
 const GAMMA_FIVE: f32 = 2.98023313e-7;
-const GAMMA_SEVEN: f32 = 4.17232688e-7;
 
 struct Surface {
     position: vec3f,
@@ -27,7 +26,8 @@ struct Surface {
     // Unit, on the side of n_geom.
     n_shade: vec3f,
     material: u32,
-    id: u32,
+    // Instance row and primitive: what rays from here must not meet.
+    row: u32,
     prim: u32,
 }
 
@@ -39,14 +39,14 @@ struct Point {
     shading: vec3f,
 }
 
-// Positions come from the primitive, never from origin + t * dir (ACCURACY row 6).
+// Positions are moved onto the primitive, never left at origin + t * dir (ACCURACY row 6).
 fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
     let kind = instances[found.row].kind;
     let near = origin + dir * found.key.t;
     var at = Point(near, vec3f(0.0), -dir, -dir);
 #ifdef MESHES
     if kind == KIND_MESH {
-        at = mesh_point(found);
+        at = mesh_point(found, local_near(found, origin, dir));
     }
 #endif
 #ifdef SPHERES
@@ -78,39 +78,49 @@ fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
     let shading = unit_or(at.shading, n_geom);
     n_shade = select(shading, -shading, dot(shading, n_geom) < 0.0);
 #endif
-    return Surface(at.position, at.error, n_geom, n_shade, instances[found.row].material, found.key.id, found.key.prim);
+    return Surface(at.position, at.error, n_geom, n_shade, instances[found.row].material, found.row, found.key.prim);
 }
 
 // Where a ray along `dir` starts: moved along the normal by the error's extent there (pbrt-v4, 6.8.6).
 fn origin_towards(surface: Surface, dir: vec3f) -> vec3f {
-    let reach = dot(abs(surface.n_geom), surface.error + abs(surface.position) * GAMMA_TWO);
+    let reach = dot(abs(surface.n_geom), surface.error + abs(surface.position) * GAMMA_ONE);
     return surface.position + surface.n_geom * select(-reach, reach, dot(surface.n_geom, dir) >= 0.0);
 }
 
-// What a local point errs by on the way to render space and back.
+// What a local point errs by on the way to render space and back: see engine/src/geom/offset.rs.
 fn affine_error(row: u32, local: vec3f, local_error: vec3f, world: vec3f) -> vec3f {
     let world_from_local = instances[row].world_from_local;
-    let forward = map_abs_linear(world_from_local, local_error * (1.0 + GAMMA_THREE))
-        + map_abs_affine(world_from_local, abs(local)) * GAMMA_FOUR;
-    let back = map_abs_affine(instances[row].local_from_world, abs(world)) * GAMMA_FOUR;
+    let local_from_world = instances[row].local_from_world;
+    let forward = map_abs_linear(world_from_local, local_error) + one_way_error(world_from_local, local, world);
+    let back = one_way_error(local_from_world, world, local);
     return forward + map_abs_linear(world_from_local, back);
 }
 
+fn one_way_error(rows: array<vec4f, 3>, from_point: vec3f, to_point: vec3f) -> vec3f {
+    return map_abs_linear(rows, abs(from_point)) * GAMMA_FOUR
+        + (abs(map_translation(rows)) + abs(to_point)) * GAMMA_ONE;
+}
+
 #ifdef MESHES
-fn mesh_point(found: Found) -> Point {
+// The ray's point moved onto the triangle's plane. Along the plane it errs by the ray's error, which
+// shrinks towards the eye as pixels do; weights of corners would err by the triangle's size instead.
+fn mesh_point(found: Found, near: vec3f) -> Point {
     let triangle = triangles[found.triangle];
-    let u = found.uv.x;
-    let v = found.uv.y;
-    let w = 1.0 - u - v;
-    let local = triangle.a * w + triangle.b * u + triangle.c * v;
-    let local_error = (abs(triangle.a) * abs(w) + abs(triangle.b) * u + abs(triangle.c) * v) * GAMMA_SEVEN;
+    let face = cross(triangle.b - triangle.a, triangle.c - triangle.a);
+    let from_corner = near - triangle.a;
+    let lift = dot(face, from_corner) / max(dot(face, face), 1.17549435e-38);
+    let local = near - face * lift;
+    let local_error = abs(from_corner) * GAMMA_FIVE + abs(local) * GAMMA_TWO;
     let position = map_point(instances[found.row].world_from_local, local);
     let error = affine_error(found.row, local, local_error, position);
     let local_from_world = instances[found.row].local_from_world;
-    let normal = map_transposed(local_from_world, cross(triangle.b - triangle.a, triangle.c - triangle.a));
+    let normal = map_transposed(local_from_world, face);
     var shading = normal;
 #ifdef SMOOTH_NORMALS
     if triangle.normals != NONE {
+        let u = found.uv.x;
+        let v = found.uv.y;
+        let w = 1.0 - u - v;
         let mixed = normals[triangle.normals].normal * w + normals[triangle.normals + 1u].normal * u
             + normals[triangle.normals + 2u].normal * v;
         shading = map_transposed(local_from_world, mixed);

@@ -37,8 +37,8 @@ struct Probe {
     dir: vec3f,
     after: Key,
     before: Key,
-    // The primitive it starts on, which it cannot hit (a sphere answers with its other root).
-    start_id: u32,
+    // The primitive it starts on (by instance row), which it cannot hit; a sphere answers with its other root.
+    start_row: u32,
     start_prim: u32,
     sees: u32,
     // Any hit will do.
@@ -99,7 +99,7 @@ fn trace_planes(probe: Probe, so_far: Found) -> Found {
     var best = so_far;
     for (var index = 0u; index < view.plane_count; index++) {
         let id = instances[index].id;
-        if !is_seen(instances[index].flags, probe.sees) || probe.start_id == id {
+        if !is_seen(instances[index].flags, probe.sees) || probe.start_row == index {
             continue;
         }
         let plane = instances[index].local_from_world[0];
@@ -211,7 +211,7 @@ fn offer_triangles(probe: Probe, so_far: Found, mesh: u32, shear: Shear, origin:
     for (var index = base; index < base + count; index++) {
         let triangle = triangles[index];
         let hit = hit_triangle(shear, origin, triangle.a, triangle.b, triangle.c);
-        let starts_on = probe.start_id == id && probe.start_prim == triangle.prim;
+        let starts_on = probe.start_row == mesh && probe.start_prim == triangle.prim;
         if hit.hits && !starts_on {
             best = offer(probe, best, Found(Key(hit.t, id, triangle.prim), mesh, index, vec2f(hit.u, hit.v)));
         }
@@ -232,7 +232,7 @@ fn offer_solid(probe: Probe, so_far: Found, row: u32) -> Found {
     if kind == KIND_CUBOID {
         let rows = instances[row].local_from_world;
         let hit = hit_cuboid(slab_ray(map_point(rows, probe.origin), map_vector(rows, probe.dir)));
-        let starts_on = hit.hits && probe.start_id == id;
+        let starts_on = hit.hits && probe.start_row == row;
         if hit.hits && !(starts_on && probe.start_prim == hit.near_face) {
             best = offer(probe, best, Found(Key(hit.near, id, hit.near_face), row, NONE, vec2f(0.0)));
         }
@@ -252,7 +252,7 @@ fn offer_solid(probe: Probe, so_far: Found, row: u32) -> Found {
         dir = map_vector(rows, probe.dir);
         radius = 1.0;
     }
-    let roots = hit_sphere(from_center, dir, radius, probe.start_id == id);
+    let roots = hit_sphere(from_center, dir, radius, probe.start_row == row);
     if roots.hits {
         best = offer(probe, best, Found(Key(roots.near, id, 0u), row, NONE, vec2f(0.0)));
         best = offer(probe, best, Found(Key(roots.far, id, 0u), row, NONE, vec2f(0.0)));

@@ -32,9 +32,9 @@ const LEAF_FIRST_MASK: u32 = 0x0fffffffu;
 struct ViewRow {
     forward: vec3f,
     width: u32,
-    right: vec3f,
+    right_step: vec3f,
     height: u32,
-    up: vec3f,
+    up_step: vec3f,
     samples_per_axis: u32,
     background: vec3f,
     max_generations: u32,

@@ -35,9 +35,9 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
         layout_of!(ViewRow {
             forward,
             width,
-            right,
+            right_step,
             height,
-            up,
+            up_step,
             samples_per_axis,
             background,
             max_generations,

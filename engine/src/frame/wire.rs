@@ -59,12 +59,12 @@ pub struct ViewRow {
     pub forward: [f32; 3],
     /// Picture width in pixels.
     pub width: u32,
-    /// Spans the picture's width.
-    pub right: [f32; 3],
+    /// What half a pixel to the right adds to a ray: the span of the picture's width over twice its pixels.
+    pub right_step: [f32; 3],
     /// Picture height in pixels.
     pub height: u32,
-    /// Spans the picture's height.
-    pub up: [f32; 3],
+    /// What half a pixel up adds.
+    pub up_step: [f32; 3],
     /// Samples along each side of a pixel.
     pub samples_per_axis: u32,
     /// Linear RGB of a miss.

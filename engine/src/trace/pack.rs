@@ -326,12 +326,14 @@ fn render_plane(render_from_local: &DAffine3, normal: DVec3, distance: f64) -> [
 }
 
 fn view_row(view: &View, settings: &TraceSettings) -> ViewRow {
+    // Divided here in f64: a device's division may be 2.5 ulp off, which moves edges by a pixel now and then.
+    let half_pixels = settings.size.as_dvec2() * 2.0;
     ViewRow {
         forward: view.forward.as_vec3().to_array(),
         width: settings.size.x,
-        right: view.right.as_vec3().to_array(),
+        right_step: (view.right / half_pixels.x).as_vec3().to_array(),
         height: settings.size.y,
-        up: view.up.as_vec3().to_array(),
+        up_step: (view.up / half_pixels.y).as_vec3().to_array(),
         samples_per_axis: settings.samples_per_axis.max(1),
         projection: match view.projection {
             ViewProjection::Perspective => PROJECTION_PERSPECTIVE,

@@ -138,12 +138,11 @@ fn pixel_color(scene: &PackedScene, x: u32, y: u32, scratch: &mut Scratch) -> Ve
 
 /// The ray through a point of the picture, in pixels from its top left corner.
 fn camera_ray(view: &ViewRow, px: f32, py: f32) -> Travel {
-    // Twice the distance from the middle, exact in f32, before the one rounding of the division.
-    let (width, height) = (view.width as f32, view.height as f32);
-    let sx = (2.0 * px - width) / (2.0 * width);
-    let sy = (height - 2.0 * py) / (2.0 * height);
+    // Half pixels from the middle: whole numbers, exact in f32, at the centres of pixels.
+    let across = 2.0 * px - view.width as f32;
+    let upward = view.height as f32 - 2.0 * py;
     let forward = Vec3::from(view.forward);
-    let aside = Vec3::from(view.right) * sx + Vec3::from(view.up) * sy;
+    let aside = Vec3::from(view.right_step) * across + Vec3::from(view.up_step) * upward;
     if view.projection == PROJECTION_PERSPECTIVE {
         Travel::from_camera(Vec3::ZERO, (forward + aside).normalize())
     } else {
