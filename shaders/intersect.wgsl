@@ -3,7 +3,7 @@
 // Twin: answer in engine/src/trace/cpu/mod.rs.
 #import orrery::types::{HitRow, NONE, QUERY_ANY, RayRow}
 #import orrery::scene::{instances, pass_row}
-#import orrery::traverse::{Probe, SEES_ALL, key_after, key_before, trace}
+#import orrery::traverse::{Probe, key_after, key_before, trace}
 
 @group(2) @binding(0) var<storage, read> rays: array<RayRow>;
 @group(2) @binding(1) var<storage, read_write> hits: array<HitRow>;
@@ -15,7 +15,7 @@ fn intersect(@builtin(global_invocation_id) at: vec3u) {
     }
     let ray = rays[at.x];
     let any = pass_row.query == QUERY_ANY;
-    let probe = Probe(ray.origin, ray.dir, key_after(ray.t_min), key_before(ray.t_max), NONE, NONE, SEES_ALL, any);
+    let probe = Probe(ray.origin, ray.dir, key_after(ray.t_min), key_before(ray.t_max), NONE, NONE, any);
     let found = trace(probe);
     let is_hit = found.row != NONE;
     var hit = HitRow(found.key.t, found.uv.x, found.uv.y, NONE, NONE, array<u32, 3>());

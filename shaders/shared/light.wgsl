@@ -3,12 +3,12 @@
 // Twin: engine/src/trace/cpu/light.rs.
 #define_import_path orrery::light
 
-#import orrery::types::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow, MaterialRow, NONE}
+#import orrery::types::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow, MATERIAL_TRANSMITS, MaterialRow, NONE}
 #import orrery::scene::{instances, lights, materials, view}
 #import orrery::affine::unit_or
 #import orrery::slab::FARTHEST
 #import orrery::surface::{Surface, origin_towards}
-#import orrery::traverse::{Probe, SEES_OPAQUE, SEES_TRANSPARENT, key_after, key_before, trace}
+#import orrery::traverse::{Probe, key_after, key_before, trace}
 #import orrery::counters::shadow_rays
 
 // Below this cosine a light does not count (the model's own bound).
@@ -23,7 +23,7 @@ struct Beam {
 // Emission, and what every light adds, seen along `dir`.
 fn local_light(surface: Surface, dir: vec3f) -> vec3f {
     let material = materials[surface.material];
-    let opaque = 1.0 - material.filtered - material.transmit;
+    let opaque = max(1.0 - material.filtered - material.transmit, 0.0);
     var sum = material.color * (material.emission * opaque);
     if material.diffuse * opaque == 0.0 && material.phong_strength == 0.0 && material.specular_strength == 0.0 {
         return sum;
@@ -89,43 +89,35 @@ fn highlights(material: MaterialRow, normal: vec3f, dir: vec3f, to_light: vec3f)
     return sum;
 }
 
-// How much of a light passes: nothing behind an opaque surface, else the product over the transparent
-// ones in order of (t, id), so that no rounding depends on a tree. Each round's key exceeds the last
-// one's, so the rounds end with the surfaces.
+// How much of a light passes: the product over the transparent surfaces on the way in order of (t, id), so
+// that no rounding depends on a tree; nothing behind an opaque one. Each round's key exceeds the last one's,
+// so the rounds end with the surfaces.
 fn shadow(surface: Surface, light: LightRow, to_light: vec3f) -> vec3f {
     shadow_rays += 1u;
     let origin = origin_towards(surface, to_light);
     let beam = beam_to(light, origin);
     var probe = Probe(
-        origin, beam.dir, key_after(0.0), key_before(beam.distance),
-        surface.row, surface.prim, SEES_OPAQUE, true,
+        origin, beam.dir, key_after(0.0), key_before(beam.distance), surface.row, surface.prim, true,
     );
+#ifdef TRANSMISSION
+    probe.any = false;
     var passed = vec3f(1.0);
     loop {
         let found = trace(probe);
-#ifdef TRANSMISSION
-        if probe.any {
-            if found.row != NONE {
-                return vec3f(0.0);
-            }
-            probe.sees = SEES_TRANSPARENT;
-            probe.any = false;
-            continue;
-        }
         if found.row == NONE {
-            return passed;
+            break;
         }
         let material = materials[instances[found.row].material];
-        passed *= material.color * material.filtered + vec3f(material.transmit);
-        if all(passed == vec3f(0.0)) {
-            return passed;
+        if (material.flags & MATERIAL_TRANSMITS) == 0u {
+            return vec3f(0.0);
         }
+        passed *= material.color * material.filtered + vec3f(material.transmit);
         probe.after = found.key;
-#else
-        return select(passed, vec3f(0.0), found.row != NONE);
-#endif
     }
     return passed;
+#else
+    return select(vec3f(1.0), vec3f(0.0), trace(probe).row != NONE);
+#endif
 }
 
 // base^exponent, base >= 0: whole exponents by repeated multiplication (`pow` may be 6e-5 off), others by

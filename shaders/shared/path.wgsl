@@ -8,7 +8,7 @@
 #import orrery::affine::unit_or
 #import orrery::slab::FARTHEST
 #import orrery::surface::{Surface, origin_towards, resolve}
-#import orrery::traverse::{Probe, SEES_ALL, key_after, key_before, trace}
+#import orrery::traverse::{Probe, key_after, key_before, trace}
 #import orrery::light::local_light
 #ifdef REFLECTION
 #import orrery::counters::reflected_rays
@@ -68,7 +68,7 @@ fn radiance(camera_ray: Travel) -> vec3f {
         var goes_on = false;
         let probe = Probe(
             ray.origin, ray.dir, key_after(0.0), key_before(FARTHEST),
-            ray.start_row, ray.start_prim, SEES_ALL, false,
+            ray.start_row, ray.start_prim, false,
         );
         let found = trace(probe);
         if found.row == NONE {

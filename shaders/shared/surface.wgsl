@@ -14,6 +14,7 @@
 // gamma(n) = n*eps / (1 - n*eps), eps = 2^-24: a bound on n roundings (pbrt-v4, 6.8).
 const GAMMA_ONE: f32 = 5.96046483e-8;
 const GAMMA_TWO: f32 = 1.19209304e-7;
+const GAMMA_THREE: f32 = 1.78813966e-7;
 const GAMMA_FOUR: f32 = 2.38418636e-7;
 const GAMMA_FIVE: f32 = 2.98023313e-7;
 
@@ -106,15 +107,19 @@ fn one_way_error(rows: array<vec4f, 3>, from_point: vec3f, to_point: vec3f) -> v
 // shrinks towards the eye as pixels do; weights of corners would err by the triangle's size instead.
 fn mesh_point(found: Found, near: vec3f) -> Point {
     let triangle = triangles[found.triangle];
-    let face = cross(triangle.b - triangle.a, triangle.c - triangle.a);
+    let ab = triangle.b - triangle.a;
+    let ac = triangle.c - triangle.a;
     let from_corner = near - triangle.a;
-    let lift = dot(face, from_corner) / max(dot(face, face), 1.17549435e-38);
-    let local = near - face * lift;
-    let local_error = abs(from_corner) * GAMMA_FIVE + abs(local) * GAMMA_TWO;
+    let face = cross(ab, ac);
+    let face_normal = unit_or(face, vec3f(0.0));
+    let local = near - face_normal * dot(face_normal, from_corner);
+    // The face's own rounding tilts it, and a sliver's most: by the error of the cross product over its length.
+    let tilt = abs_cross(ab, ac) * (GAMMA_THREE / max(dot(face, face_normal), 1.17549435e-38));
+    let local_error = abs(from_corner) * GAMMA_FIVE + abs(local) * GAMMA_TWO + vec3f(dot(abs(from_corner), tilt));
     let position = map_point(instances[found.row].world_from_local, local);
     let error = affine_error(found.row, local, local_error, position);
     let local_from_world = instances[found.row].local_from_world;
-    let normal = map_transposed(local_from_world, face);
+    let normal = map_transposed(local_from_world, face_normal);
     var shading = normal;
 #ifdef SMOOTH_NORMALS
     if triangle.normals != NONE {
@@ -127,6 +132,13 @@ fn mesh_point(found: Found, near: vec3f) -> Point {
     }
 #endif
     return Point(position, error, normal, shading);
+}
+#endif
+
+#ifdef MESHES
+// What the products of a cross product add up to without cancelling.
+fn abs_cross(a: vec3f, b: vec3f) -> vec3f {
+    return abs(a.yzx) * abs(b.zxy) + abs(a.zxy) * abs(b.yzx);
 }
 #endif
 

@@ -9,7 +9,6 @@ const KIND_SPHERE: u32 = 1u;
 const KIND_ELLIPSOID: u32 = 2u;
 const KIND_CUBOID: u32 = 3u;
 const KIND_PLANE: u32 = 4u;
-const INSTANCE_TRANSMITS: u32 = 1u;
 const MATERIAL_FRESNEL: u32 = 1u;
 const MATERIAL_MIRROR: u32 = 2u;
 const MATERIAL_TRANSMITS: u32 = 4u;
@@ -69,8 +68,7 @@ struct InstanceRow {
     root: u32,
     first_triangle: u32,
     id: u32,
-    flags: u32,
-    spare: array<u32, 2>,
+    spare: array<u32, 3>,
 }
 
 struct TriangleRow {

@@ -69,7 +69,7 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             root,
             first_triangle,
             id,
-            flags,
+
             spare,
         }),
         layout_of!(TriangleRow {
@@ -140,7 +140,7 @@ macro_rules! constants {
 
 fn rust_constants() -> BTreeMap<&'static str, u32> {
     let of_rows = constants!(wire:
-        NONE, KIND_MESH, KIND_SPHERE, KIND_ELLIPSOID, KIND_CUBOID, KIND_PLANE, INSTANCE_TRANSMITS,
+        NONE, KIND_MESH, KIND_SPHERE, KIND_ELLIPSOID, KIND_CUBOID, KIND_PLANE,
         MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, LIGHT_POINT, LIGHT_DIRECTIONAL,
         LIGHT_SPOT, PROJECTION_PERSPECTIVE, PROJECTION_ORTHOGRAPHIC, QUERY_CLOSEST, QUERY_ANY,
         MEDIA_CAPACITY, GENERATIONS_CAPACITY, STRAIGHT_CAPACITY, TRAVERSAL_CAPACITY,

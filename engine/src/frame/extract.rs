@@ -10,9 +10,9 @@ use super::{
 use crate::app::Engine;
 use crate::schedule::FrameSet;
 use crate::world::{
-    ActiveCamera, Background, Camera, Cuboid, DirectionalLight, GlobalTransform, GlobalVisibility,
-    Material, Mesh, Meshes, Plane, PointLight, PolygonMesh, Projection, Sphere, SpotLight, Surface,
-    TraceDepth,
+    ActiveCamera, Background, Camera, Cuboid, DirectionalLight, FARTHEST, GlobalTransform,
+    GlobalVisibility, Material, Mesh, Meshes, Plane, PointLight, PolygonMesh, Projection, Sphere,
+    SpotLight, Surface, TraceDepth,
 };
 
 /// Adds extraction.
@@ -213,22 +213,25 @@ fn write_instance(scene: &mut FrameScene, rows: &mut Rows, parts: ShapeParts) {
     rows.instance_row(scene, entity, row);
 }
 
-/// Whether f32 tracers can invert the transform and the shape has an extent (ACCURACY rows 18, 19).
+/// Whether f32 tracers can invert the transform, and the shape has an extent and a place in their range.
 fn is_drawable(world_from_local: DAffine3, shape: Shape, meshes: usize) -> bool {
     let m = world_from_local.matrix3;
     let volume = m.determinant();
-    // Hadamard: |det| <= product of column lengths; the ratio is the cosine-like measure of singularity.
+    // Hadamard: |det| <= product of column lengths; their ratio is how far from singular the map is.
     let bound = m.x_axis.length() * m.y_axis.length() * m.z_axis.length();
+    let within = |p: DVec3| p.is_finite() && p.abs().max_element() <= FARTHEST;
+    let reaches = |p: DVec3| within(p) && within(world_from_local.transform_vector3(p.abs()));
     let extent = match shape {
         Shape::Vacant => true,
         Shape::Mesh(mesh) => (mesh as usize) < meshes,
-        Shape::Sphere { radius } => radius.is_finite() && radius > 0.0,
+        Shape::Sphere { radius } => radius > 0.0 && reaches(DVec3::splat(radius)),
         Shape::Plane { normal, distance } => {
-            normal.is_finite() && distance.is_finite() && normal.length_squared() > 0.0
+            let length = normal.length();
+            length.is_normal() && within(normal * (distance / (length * length)))
         }
-        Shape::Cuboid { min, max } => min.is_finite() && max.is_finite() && min.cmplt(max).all(),
+        Shape::Cuboid { min, max } => min.cmplt(max).all() && reaches(min) && reaches(max),
     };
-    extent && world_from_local.is_finite() && volume.abs() > 1e-12 * bound && bound > 0.0
+    extent && within(world_from_local.translation) && volume.abs() > 1e-12 * bound && bound > 0.0
 }
 
 fn extract_lights(
@@ -262,7 +265,8 @@ fn extract_lights(
             position: t.0.translation,
             axis: forward(t),
             cos_inner: l.inner_angle.cos(),
-            cos_outer: l.outer_angle.max(l.inner_angle + 1e-6).cos(),
+            // A cone without a rim still divides by its width.
+            cos_outer: l.outer_angle.cos().min(l.inner_angle.cos() - 1e-6),
         },
     });
     scene.lights.clear();
@@ -271,7 +275,7 @@ fn extract_lights(
         .extend(points.chain(suns).chain(spots).filter(|light| {
             let position_is_finite = match light.kind {
                 LightKind::Point { position } | LightKind::Spot { position, .. } => {
-                    position.is_finite()
+                    position.is_finite() && position.abs().max_element() <= FARTHEST
                 }
                 LightKind::Directional { .. } => true,
             };

@@ -21,8 +21,6 @@ pub const KIND_ELLIPSOID: u32 = 2;
 pub const KIND_CUBOID: u32 = 3;
 /// [`InstanceRow::kind`]: a plane in render space: `local_from_world[0]` is unit normal and n.p.
 pub const KIND_PLANE: u32 = 4;
-/// [`InstanceRow::flags`]: the material lets light through.
-pub const INSTANCE_TRANSMITS: u32 = 1;
 /// [`MaterialRow::flags`]: reflection by Fresnel's formula; `reflection` is unused.
 pub const MATERIAL_FRESNEL: u32 = 1;
 /// [`MaterialRow::flags`]: reflects by the constant weight `reflection`.
@@ -113,10 +111,8 @@ pub struct InstanceRow {
     pub first_triangle: u32,
     /// Row of `FrameScene::instances`: what a hit names and what breaks ties.
     pub id: u32,
-    /// `INSTANCE_*`.
-    pub flags: u32,
-    /// Room for one more number.
-    pub spare: [u32; 2],
+    /// Room for more.
+    pub spare: [u32; 3],
 }
 
 /// A triangle in its mesh's space (vertices minus the mesh's origin), in the order of the tree's leaves.

@@ -1,6 +1,6 @@
 //! Pure maths of rays against shapes, in f32, as the fast tracers do it and as `shaders/shared` repeats it.
 //!
-//! Nothing here knows a scene. Every function is total: degenerate input is a miss, never NaN.
+//! Nothing here knows a scene. Degenerate shapes are a miss, never NaN; directions have a length.
 
 mod aabb;
 mod affine;
@@ -10,6 +10,7 @@ mod plane;
 mod ray;
 mod sphere;
 mod triangle;
+mod unit;
 
 pub use aabb::Aabb;
 pub use affine::AffineRows;
@@ -19,3 +20,4 @@ pub use plane::intersect_plane;
 pub use ray::{FAR_WIDENING, SlabRay, safe_reciprocal};
 pub use sphere::{SphereRoots, intersect_sphere};
 pub use triangle::{Shear, TriangleHit};
+pub use unit::unit_or;

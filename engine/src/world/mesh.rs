@@ -6,6 +6,10 @@ use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 use glam::{DVec3, Vec3};
 
+/// Largest coordinate that has a place in a picture: its square still fits f32 (Embree draws the line there
+/// too). What lies beyond is reported and left out.
+pub const FARTHEST: f64 = 1e18;
+
 /// Row of [`Meshes`].
 #[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[reflect(Clone, PartialEq)]
@@ -41,8 +45,12 @@ impl MeshData {
         normals: Vec<Vec3>,
         triangles: Vec<[u32; 3]>,
     ) -> Result<Self, String> {
-        if let Some(i) = vertices.iter().position(|v| !v.is_finite()) {
-            return Err(format!("vertex {i} is not finite: {}", vertices[i]));
+        let within = |v: &DVec3| v.is_finite() && v.abs().max_element() <= FARTHEST;
+        if let Some(i) = vertices.iter().position(|v| !within(v)) {
+            let vertex = vertices[i];
+            return Err(format!(
+                "vertex {i} is not finite or farther out than {FARTHEST:e}: {vertex}"
+            ));
         }
         if !normals.is_empty() && normals.len() != vertices.len() {
             return Err(format!(

@@ -18,7 +18,7 @@ pub use camera::{ActiveCamera, Camera, Projection, ToneMap};
 pub use identity::{Background, SceneId, TraceDepth};
 pub use light::{DirectionalLight, Fade, PointLight, SpotLight};
 pub use material::{Lobe, Material, Reflection};
-pub use mesh::{MeshData, MeshId, Meshes};
+pub use mesh::{FARTHEST, MeshData, MeshId, Meshes};
 pub use polygon::{triangulate, triangulate_polygons};
 pub use propagate::{Inherited, propagate};
 pub use shape::{Cuboid, Mesh, Plane, Polygon, PolygonMesh, Sphere, Surface};

@@ -6,8 +6,8 @@
 use glam::Vec3;
 
 use super::surface::Surface;
-use super::traverse::{Key, Probe, Sees, Stack, trace};
-use crate::frame::wire::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow};
+use super::traverse::{Key, Probe, Stack, trace};
+use crate::frame::wire::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow, MATERIAL_TRANSMITS};
 use crate::trace::{Counters, PackedScene};
 
 /// Below this cosine a light does not count (the model's own bound).
@@ -23,7 +23,7 @@ pub fn local_light(
 ) -> Vec3 {
     let material = surface.material;
     let color = Vec3::from(material.color);
-    let opaque = 1.0 - material.filtered - material.transmit;
+    let opaque = (1.0 - material.filtered - material.transmit).max(0.0);
     let mut sum = color * (material.emission * opaque);
     let lit = material.diffuse * opaque != 0.0
         || material.phong_strength != 0.0
@@ -109,8 +109,8 @@ fn highlights(surface: &Surface, dir: Vec3, to_light: Vec3) -> Vec3 {
     Vec3::splat(sum)
 }
 
-/// How much of a light passes: nothing behind an opaque surface, else the product over the transparent
-/// ones in order of (t, id), so that no rounding depends on a tree.
+/// How much of a light passes: the product over the transparent surfaces on the way in order of (t, id),
+/// so that no rounding depends on a tree; nothing behind an opaque one.
 fn shadow(
     scene: &PackedScene,
     surface: &Surface,
@@ -128,23 +128,19 @@ fn shadow(
         after: Key::after(0.0),
         before: Key::before(beam.distance),
         start: surface.start,
-        sees: Sees::Opaque,
     };
-    if trace::<true>(scene, &probe, stack).is_some() {
-        return Vec3::ZERO;
+    if !scene.transparent {
+        let lit = trace::<true>(scene, &probe, stack).is_none();
+        return Vec3::splat(f32::from(u8::from(lit)));
     }
     let mut passed = Vec3::ONE;
-    if !scene.transparent {
-        return passed;
-    }
-    probe.sees = Sees::Transparent;
     while let Some(found) = trace::<false>(scene, &probe, stack) {
         let row = &scene.instances[found.row as usize];
         let material = &scene.materials[row.material as usize];
-        passed *= Vec3::from(material.color) * material.filtered + material.transmit;
-        if passed == Vec3::ZERO {
-            break;
+        if material.flags & MATERIAL_TRANSMITS == 0 {
+            return Vec3::ZERO;
         }
+        passed *= Vec3::from(material.color) * material.filtered + material.transmit;
         probe.after = found.key;
     }
     passed

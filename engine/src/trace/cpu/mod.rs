@@ -14,7 +14,7 @@ use glam::Vec3;
 use rayon::prelude::*;
 
 use self::path::{Scratch, Travel, radiance};
-use self::traverse::{Key, Probe, Sees, Stack, Start, trace};
+use self::traverse::{Key, Probe, Stack, Start, trace};
 use super::{
     Backend, Counters, Hit, PackedScene, PassTime, Picture, Query, Ray, TraceError, Tracer,
 };
@@ -157,7 +157,6 @@ fn answer(scene: &PackedScene, ray: &Ray, query: Query, stack: &mut Stack) -> Hi
         after: Key::after(ray.t_min),
         before: Key::before(ray.t_max),
         start: Start::FREE,
-        sees: Sees::All,
     };
     match query {
         Query::Any => Hit::any(trace::<true>(scene, &probe, stack).is_some()),

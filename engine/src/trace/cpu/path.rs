@@ -7,7 +7,7 @@ use glam::Vec3;
 use super::light::local_light;
 use super::media::Media;
 use super::surface::{Surface, resolve};
-use super::traverse::{Key, Probe, Sees, Stack, Start, trace};
+use super::traverse::{Key, Probe, Stack, Start, trace};
 use crate::frame::wire::{
     MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, STRAIGHT_CAPACITY,
 };
@@ -65,7 +65,6 @@ pub fn radiance(scene: &PackedScene, camera_ray: Travel, scratch: &mut Scratch) 
             after: Key::after(0.0),
             before: Key::before(f32::MAX),
             start: ray.start,
-            sees: Sees::All,
         };
         let Some(found) = trace::<false>(scene, &probe, &mut scratch.stack) else {
             sum += ray.weight * Vec3::from(scene.view.background);

@@ -9,7 +9,7 @@ use super::traverse::{Found, Start};
 use crate::frame::wire::{
     InstanceRow, KIND_CUBOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, MaterialRow, NONE,
 };
-use crate::geom::{affine_error, cuboid_normal, gamma, offset_origin};
+use crate::geom::{affine_error, cuboid_normal, gamma, offset_origin, unit_or};
 use crate::trace::PackedScene;
 
 /// A point on a primitive, seen along a ray.
@@ -56,13 +56,13 @@ pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec
         }
     };
     // A triangle too thin for a normal looks straight back.
-    let normal = normal.try_normalize().unwrap_or(-dir.normalize());
+    let normal = unit_or(normal, -dir.normalize());
     let n_geom = if normal.dot(dir) > 0.0 {
         -normal
     } else {
         normal
     };
-    let shading = shading.try_normalize().unwrap_or(n_geom);
+    let shading = unit_or(shading, n_geom);
     let n_shade = if shading.dot(n_geom) < 0.0 {
         -shading
     } else {
@@ -86,11 +86,15 @@ pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec
 fn mesh_point(scene: &PackedScene, row: &InstanceRow, found: &Found, near: Vec3) -> Point {
     let triangle = &scene.triangles[found.triangle as usize];
     let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vec3::from);
-    let face = (b - a).cross(c - a);
-    let from_corner = near - a;
-    let lift = face.dot(from_corner) / face.length_squared().max(f32::MIN_POSITIVE);
-    let local = near - face * lift;
-    let local_error = from_corner.abs() * gamma(5) + local.abs() * gamma(2);
+    let (ab, ac, from_corner) = (b - a, c - a, near - a);
+    let face = ab.cross(ac);
+    let normal = unit_or(face, Vec3::ZERO);
+    let local = near - normal * normal.dot(from_corner);
+    // The face's own rounding tilts it, and a sliver's most: by the error of the cross product over its length.
+    let tilt = abs_cross(ab, ac) * (gamma(3) / face.dot(normal).max(f32::MIN_POSITIVE));
+    let local_error = from_corner.abs() * gamma(5)
+        + local.abs() * gamma(2)
+        + Vec3::splat(from_corner.abs().dot(tilt));
     let position = row.world_from_local.point(local);
     let error = affine_error(
         local,
@@ -99,7 +103,7 @@ fn mesh_point(scene: &PackedScene, row: &InstanceRow, found: &Found, near: Vec3)
         &row.world_from_local,
         &row.local_from_world,
     );
-    let normal = row.local_from_world.transposed_vector(face);
+    let normal = row.local_from_world.transposed_vector(normal);
     let mut shading = normal;
     if triangle.normals != NONE {
         let [u, v] = found.uv;
@@ -111,6 +115,16 @@ fn mesh_point(scene: &PackedScene, row: &InstanceRow, found: &Found, near: Vec3)
     }
     // A mirrored instance turns both normals alike, and a smooth one follows its face's side.
     (position, error, normal, shading)
+}
+
+/// What the products of a cross product add up to without cancelling.
+fn abs_cross(a: Vec3, b: Vec3) -> Vec3 {
+    let (a, b) = (a.abs(), b.abs());
+    Vec3::new(
+        a.y * b.z + a.z * b.y,
+        a.z * b.x + a.x * b.z,
+        a.x * b.y + a.y * b.x,
+    )
 }
 
 fn sphere_point(row: &InstanceRow, near: Vec3) -> Point {

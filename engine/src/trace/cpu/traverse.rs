@@ -5,9 +5,7 @@
 use glam::{Vec3, Vec4};
 
 use crate::bvh::{Child, Node4, TRAVERSAL_CAPACITY};
-use crate::frame::wire::{
-    INSTANCE_TRANSMITS, InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, NONE,
-};
+use crate::frame::wire::{InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, NONE};
 use crate::geom::{
     FAR_WIDENING, Shear, SlabRay, intersect_cuboid, intersect_plane, intersect_sphere,
 };
@@ -37,27 +35,6 @@ impl Key {
     /// Just before every hit at `t`.
     pub fn before(t: f32) -> Self {
         Self { t, id: 0, prim: 0 }
-    }
-}
-
-/// Which instances a ray sees.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Sees {
-    /// Every one.
-    All,
-    /// Those that let no light through.
-    Opaque,
-    /// Those that do.
-    Transparent,
-}
-
-impl Sees {
-    fn instance(self, row: &InstanceRow) -> bool {
-        match self {
-            Self::All => true,
-            Self::Opaque => row.flags & INSTANCE_TRANSMITS == 0,
-            Self::Transparent => row.flags & INSTANCE_TRANSMITS != 0,
-        }
     }
 }
 
@@ -91,8 +68,6 @@ pub struct Probe {
     pub before: Key,
     /// What it starts on.
     pub start: Start,
-    /// What it sees.
-    pub sees: Sees,
 }
 
 /// A hit, not yet resolved to a surface.
@@ -171,7 +146,7 @@ impl<const ANY: bool> Search<'_, ANY> {
     fn planes(&mut self) -> bool {
         for index in 0..self.scene.view.plane_count {
             let row = &self.scene.instances[index as usize];
-            if !self.probe.sees.instance(row) || self.probe.start.id == row.id {
+            if self.probe.start.id == row.id {
                 continue;
             }
             let [x, y, z, distance] = row.local_from_world.0[0];
@@ -200,9 +175,6 @@ impl<const ANY: bool> Search<'_, ANY> {
 
     fn instance(&mut self, index: u32, stack: &mut Stack) -> bool {
         let row = &self.scene.instances[index as usize];
-        if !self.probe.sees.instance(row) {
-            return false;
-        }
         if row.kind == KIND_SPHERE {
             let [x, y, z, radius] = row.local_from_world.0[0];
             let from_center = self.probe.origin - Vec3::new(x, y, z);

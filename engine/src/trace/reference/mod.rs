@@ -130,7 +130,7 @@ impl Tracer for ReferenceTracer {
         let answer = |ray: &Ray| {
             let after = (f64::from(ray.t_min), u32::MAX, u32::MAX);
             let before = (f64::from(ray.t_max), 0, 0);
-            let hit = self.world.nearest(&ray.into(), after, before, |_| true);
+            let hit = self.world.nearest(&ray.into(), after, before);
             match query {
                 Query::Any => Hit::any(hit.is_some()),
                 Query::Closest => hit.map_or(Hit::MISS, |hit| Hit {

@@ -31,71 +31,49 @@ struct Surface {
 type Media = Vec<(u32, f64)>;
 
 impl Whitted<'_> {
-    /// Linear RGB along a ray of a generation (the camera's is 1) that is inside `media`.
+    /// Linear RGB along a ray of a generation (the camera's is 1) that is inside `media`. A boundary of
+    /// equal indices does not end the generation: the ray goes straight on, a loop and no recursion.
     pub fn radiance(&mut self, ray: &WorldRay, generation: u32, media: &Media) -> DVec3 {
-        let last = self.scene.max_generations.min(GENERATIONS_CAPACITY);
-        if generation > last {
+        if generation > self.scene.max_generations.min(GENERATIONS_CAPACITY) {
             return DVec3::ZERO;
         }
-        self.along(ray, generation, media, 0)
-    }
-
-    fn along(&mut self, ray: &WorldRay, generation: u32, media: &Media, straight: u32) -> DVec3 {
-        let Some(surface) = self.meet(ray) else {
-            return self.scene.background.as_dvec3();
-        };
-        let material = &surface.material;
-        let mut sum = self.local_light(&surface, ray.dir);
-        let (eta, beyond) = cross(media, surface.start.0, material.ior);
-        let cosine = (-ray.dir.dot(surface.n_shade)).clamp(0.0, 1.0);
-        let mut passed = material.transmission().as_dvec3();
-        let mut reflected = match material.reflection {
-            Reflection::None => DVec3::ZERO,
-            Reflection::Constant(weight) => weight.as_dvec3(),
-            Reflection::Fresnel => {
-                let share = fresnel(eta, cosine);
-                passed *= 1.0 - share;
-                DVec3::splat(share)
-            }
-        };
-        if passed.max_element() > 0.0 {
-            let k = 1.0 + eta * eta * (cosine * cosine - 1.0);
-            let mut onward = WorldRay {
+        let (mut ray, mut media) = (*ray, media.clone());
+        let (mut sum, mut weight) = (DVec3::ZERO, DVec3::ONE);
+        for _ in 0..=STRAIGHT_CAPACITY {
+            let Some(surface) = self.meet(&ray) else {
+                return sum + weight * self.scene.background.as_dvec3();
+            };
+            sum += weight * self.local_light(&surface, ray.dir);
+            let (eta, beyond) = cross(&media, surface.start.0, surface.material.ior);
+            let shares = Shares::of(&surface, ray.dir, eta);
+            let from_here = |dir| WorldRay {
                 origin: surface.point,
-                dir: ray.dir,
+                dir,
                 start: Some(surface.start),
             };
-            if (eta - 1.0).abs() < 1e-10 {
-                if straight < STRAIGHT_CAPACITY {
-                    self.counters.refracted_rays += 1;
-                    sum += passed * self.along(&onward, generation, &beyond, straight + 1);
-                } else {
-                    self.counters.straight_overflows += 1;
-                }
-            } else if k < 0.0 {
-                reflected = DVec3::ONE;
-            } else {
-                let bent = ray.dir * eta + surface.n_shade * (eta * cosine - k.sqrt());
-                onward.dir = bent.normalize();
-                self.counters.refracted_rays += 1;
-                sum += passed * self.radiance(&onward, generation + 1, &beyond);
+            if shares.reflected.max_element() > 0.0 {
+                self.counters.reflected_rays += 1;
+                let mirrored = from_here(mirror(ray.dir, &surface));
+                sum += weight * shares.reflected * self.radiance(&mirrored, generation + 1, &media);
             }
-        }
-        if reflected.max_element() > 0.0 {
-            let mirrored = WorldRay {
-                origin: surface.point,
-                dir: mirror(ray.dir, &surface),
-                start: Some(surface.start),
+            let Some(onward) = shares.onward else {
+                return sum;
             };
-            self.counters.reflected_rays += 1;
-            sum += reflected * self.radiance(&mirrored, generation + 1, media);
+            self.counters.refracted_rays += 1;
+            weight *= shares.passed;
+            if onward != ray.dir {
+                let bent = from_here(onward);
+                return sum + weight * self.radiance(&bent, generation + 1, &beyond);
+            }
+            (ray, media) = (from_here(onward), beyond);
         }
+        self.counters.straight_overflows += 1;
         sum
     }
 
     fn meet(&self, ray: &WorldRay) -> Option<Surface> {
         let before = (f64::INFINITY, 0, 0);
-        let hit = self.world.nearest(ray, just_after(0.0), before, |_| true)?;
+        let hit = self.world.nearest(ray, just_after(0.0), before)?;
         let point = self
             .world
             .on_surface(&hit, ray.origin + ray.dir * hit.key.0);
@@ -119,7 +97,7 @@ impl Whitted<'_> {
     fn local_light(&mut self, surface: &Surface, dir: DVec3) -> DVec3 {
         let m = &surface.material;
         let color = m.color.as_dvec3();
-        let opaque = 1.0 - f64::from(m.filter) - f64::from(m.transmit);
+        let opaque = (1.0 - f64::from(m.filter) - f64::from(m.transmit)).max(0.0);
         let mut sum = color * (f64::from(m.emission) * opaque);
         for light in &self.scene.lights {
             let (to_light, distance) = self.beam(light, surface.point);
@@ -165,21 +143,15 @@ impl Whitted<'_> {
             dir: to_light,
             start: Some(surface.start),
         };
-        let transmission = |row: u32| self.scene.materials[row as usize].transmission();
         let before = (distance, 0, 0);
-        let opaque = |row: u32| transmission(row).max_element() <= 0.0;
-        if self
-            .world
-            .nearest(&ray, just_after(0.0), before, opaque)
-            .is_some()
-        {
-            return DVec3::ZERO;
-        }
-        let clear = |row: u32| transmission(row).max_element() > 0.0;
         let (mut passed, mut after) = (DVec3::ONE, just_after(0.0));
-        while let Some(hit) = self.world.nearest(&ray, after, before, clear) {
+        while let Some(hit) = self.world.nearest(&ray, after, before) {
             let (.., material) = self.world.normals(&hit, DVec3::Y);
-            passed *= transmission(material).as_dvec3();
+            let through = self.scene.materials[material as usize].transmission();
+            if through.max_element() <= 0.0 {
+                return DVec3::ZERO;
+            }
+            passed *= through.as_dvec3();
             after = hit.key;
         }
         passed
@@ -206,6 +178,48 @@ fn strength(light: &Light, to_light: DVec3, distance: f64) -> DVec3 {
         factor *= x * x * (3.0 - 2.0 * x);
     }
     light.color.as_dvec3() * factor
+}
+
+/// What a surface reflects and passes on.
+struct Shares {
+    reflected: DVec3,
+    passed: DVec3,
+    /// Direction of what passes; the ray's own where the indices agree.
+    onward: Option<DVec3>,
+}
+
+impl Shares {
+    fn of(surface: &Surface, dir: DVec3, eta: f64) -> Self {
+        let material = &surface.material;
+        let cosine = (-dir.dot(surface.n_shade)).clamp(0.0, 1.0);
+        let mut passed = material.transmission().as_dvec3();
+        let mut reflected = match material.reflection {
+            Reflection::None => DVec3::ZERO,
+            Reflection::Constant(weight) => weight.as_dvec3(),
+            Reflection::Fresnel => {
+                let share = fresnel(eta, cosine);
+                passed *= 1.0 - share;
+                DVec3::splat(share)
+            }
+        };
+        let mut onward = None;
+        if passed.max_element() > 0.0 {
+            let k = 1.0 + eta * eta * (cosine * cosine - 1.0);
+            if (eta - 1.0).abs() < 1e-10 {
+                onward = Some(dir);
+            } else if k < 0.0 {
+                reflected = DVec3::ONE;
+            } else {
+                let bent = dir * eta + surface.n_shade * (eta * cosine - k.sqrt());
+                onward = Some(bent.normalize());
+            }
+        }
+        Self {
+            reflected,
+            passed,
+            onward,
+        }
+    }
 }
 
 /// The index ratio at the boundary of medium `id`, and the media beyond it.

@@ -105,17 +105,10 @@ impl World {
         }
     }
 
-    /// The first hit in the order of keys with `after < key < before`, among instances whose material
-    /// row `sees` admits.
-    pub fn nearest(
-        &self,
-        ray: &WorldRay,
-        after: Key,
-        before: Key,
-        sees: impl Fn(u32) -> bool,
-    ) -> Option<WorldHit> {
+    /// The first hit in the order of keys with `after < key < before`.
+    pub fn nearest(&self, ray: &WorldRay, after: Key, before: Key) -> Option<WorldHit> {
         let mut best: Option<WorldHit> = None;
-        for placed in self.placed.iter().filter(|p| sees(p.material)) {
+        for placed in &self.placed {
             let local = LocalRay {
                 origin: placed.local_from_render.transform_point3(ray.origin),
                 dir: placed.local_from_render.transform_vector3(ray.dir),
