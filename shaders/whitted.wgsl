@@ -43,7 +43,7 @@ fn pixel_color(x: u32, y: u32) -> vec3f {
     return sum / f32(n * n);
 }
 
-// The ray through a point of the picture, in pixels from its top left corner (ACCURACY B.2).
+// The ray through a point of the picture, in pixels from its top left corner.
 fn camera_ray(px: f32, py: f32) -> Travel {
     // Half pixels from the middle: whole numbers, exact in f32, at the centres of pixels.
     let across = 2.0 * px - f32(view.width);

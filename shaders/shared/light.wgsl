@@ -1,4 +1,4 @@
-// What: light that reaches a surface from the lamps (POV-Ray's model, ACCURACY B.4), with tinted shadows.
+// What: light that reaches a surface from the lamps (POV-Ray's model), with tinted shadows.
 // Reads: lights, materials, instances and what traverse reads. Writes: the count of shadow rays.
 // Twin: engine/src/trace/cpu/light.rs.
 #define_import_path orrery::light

@@ -1,4 +1,4 @@
-// What: the media a ray is inside of, and the index ratios that follow (ACCURACY B.5).
+// What: the media a ray is inside of, and the index ratios that follow.
 // Reads: instances, materials. Writes: nothing.
 // Twin: engine/src/trace/cpu/media.rs.
 #define_import_path orrery::media

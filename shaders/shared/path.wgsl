@@ -187,7 +187,7 @@ fn spawn(ray: Travel, surface: Surface, dir: vec3f, weight: vec3f) -> Travel {
     return next;
 }
 
-// Unpolarised Fresnel reflectance for eta = n_from / n_to (ACCURACY B.5); 1 in total reflection, and
+// Unpolarised Fresnel reflectance for eta = n_from / n_to (Cook and Torrance 1982); 1 in total reflection, and
 // nothing between equal indices, where rounding would leave a trace of a ray.
 fn fresnel(eta: f32, cosine: f32) -> f32 {
     if abs(eta - 1.0) < SAME_INDEX {

@@ -40,7 +40,7 @@ struct Point {
     shading: vec3f,
 }
 
-// Positions are moved onto the primitive, never left at origin + t * dir (ACCURACY row 6).
+// Positions are moved onto the primitive, never left at origin + t * dir (pbrt-v4, 6.8).
 fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
     let kind = instances[found.row].kind;
     let near = origin + dir * found.key.t;

@@ -3,7 +3,7 @@
 use glam::Vec3;
 
 /// 1/x with |x| clamped from below at 1e-30, sign kept: finite for every finite x, so that no product in
-/// a slab test is 0 * infinity (the role of Embree's `rcp_safe`; the bound is measured, ACCURACY A.4).
+/// a slab test is 0 * infinity (the role of Embree's `rcp_safe`; the bound is measured on two drivers).
 pub fn safe_reciprocal(x: f32) -> f32 {
     const LEAST: f32 = 1e-30;
     if x.abs() < LEAST {

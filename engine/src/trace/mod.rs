@@ -10,10 +10,13 @@
 //!    neither tree nor traversal order shows in the picture. The primitive a ray starts on is left out by
 //!    id (curved ones answer with their other root); origins are moved off the surface along its normal by
 //!    a bound on the hit point's rounding error (pbrt-v4, 6.8), never by a length out of the air.
-//! 3. *Local light* (ACCURACY B.4: POV-Ray's model): emission, and for each light with N.L > 1e-10 a
+//! 3. *Local light* (POV-Ray 3.7's model, see [`crate::world::Material`]): emission, and for each light with N.L > 1e-10 a
 //!    shadow ray. Opaque surfaces end it; transparent ones multiply in order of (t, id).
-//! 4. *Refraction and reflection*, each a ray of the next generation. Index ratios come from the list of
-//!    media the ray is inside of. Where the two indices agree the ray goes straight on in its generation.
+//! 4. *Refraction and reflection*, each a ray of the next generation. With eta = n_from / n_to and
+//!    c = -D.N the refracted direction is eta D + (eta c - sqrt(1 - eta^2 (1 - c^2))) N; a negative root
+//!    is total internal reflection, of weight 1. Index ratios come from the list of media the ray is
+//!    inside of, innermost last: leaving one that is not the innermost changes nothing. Where the two
+//!    indices agree the ray goes straight on in its generation.
 //! 5. Of two rays one is followed and one deferred. The deferred one belongs to the hit's generation, and
 //!    the followed subtree ends before it is taken up, so one slot a generation is enough: the stack
 //!    cannot overflow. (Straight-through and reflection: the straight one is deferred.)

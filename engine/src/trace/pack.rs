@@ -47,6 +47,8 @@ pub struct PackedScene {
     /// Trees built by the last [`PackedScene::refit`] and [`PackedScene::pack`].
     pub trees_updated: u64,
     meshes: Vec<PackedMesh>,
+    /// Boxes and number of planes that the instance tree was built for.
+    instance_tree_of: (Vec<Aabb>, u32),
 }
 
 /// A mesh's tree and where its rows are.
@@ -155,22 +157,34 @@ impl PackedScene {
             .iter()
             .any(|row| self.materials[row.material as usize].flags & MATERIAL_TRANSMITS != 0);
         let plane_count = (self.instances.len() - boxes.len()) as u32;
-        let mut tree = Tree::build_fast(&boxes);
-        resolve_leaves(&mut tree, plane_count);
-        self.trees_updated += 1;
-        self.nodes.truncate(self.instance_nodes_start as usize);
-        self.nodes.extend_from_slice(&tree.nodes);
-        let root = if tree.nodes.is_empty() {
-            NONE
-        } else {
-            self.instance_nodes_start
-        };
+        let root = self.build_instance_tree(boxes, plane_count);
         self.view = view_row(&scene.view, settings);
         self.view.background = scene.background.to_array();
         self.view.max_generations = scene.max_generations.min(GENERATIONS_CAPACITY);
         self.view.plane_count = plane_count;
         self.view.light_count = self.lights.len() as u32;
         self.view.root = root;
+    }
+
+    /// Builds the tree over instances behind the meshes' nodes, unless every box is where it was; its root.
+    fn build_instance_tree(&mut self, boxes: Vec<Aabb>, plane_count: u32) -> u32 {
+        let start = self.instance_nodes_start as usize;
+        let key = (boxes, plane_count);
+        // New meshes have taken the old tree's nodes away.
+        let is_there = self.nodes.len() > start || key.0.is_empty();
+        if !is_there || key != self.instance_tree_of {
+            let mut tree = Tree::build_fast(&key.0);
+            resolve_leaves(&mut tree, plane_count);
+            self.nodes.truncate(start);
+            self.nodes.extend_from_slice(&tree.nodes);
+            self.trees_updated += 1;
+            self.instance_tree_of = key;
+        }
+        if self.nodes.len() > start {
+            self.instance_nodes_start
+        } else {
+            NONE
+        }
     }
 }
 

@@ -1,4 +1,4 @@
-//! Light that reaches a surface from the lamps: POV-Ray's model (ACCURACY B.4), with shadows that
+//! Light that reaches a surface from the lamps: POV-Ray's model (see [`crate::world::Material`]), with shadows that
 //! transparent surfaces tint.
 //!
 //! Twin of `shaders/shared/light.wgsl`.

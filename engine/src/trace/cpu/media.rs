@@ -1,4 +1,4 @@
-//! What a ray is inside of, and the index ratios that follow (ACCURACY B.5).
+//! What a ray is inside of, and the index ratios that follow, as POV-Ray 3.7 keeps them.
 //!
 //! Twin of `shaders/shared/media.wgsl`.
 

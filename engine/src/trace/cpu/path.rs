@@ -191,7 +191,7 @@ fn straight_on(
 }
 
 /// Unpolarised Fresnel reflectance for eta = n_from / n_to at the cosine of incidence; 1 in total
-/// internal reflection (ACCURACY B.5, after Cook and Torrance 1982).
+/// internal reflection (Cook and Torrance 1982, appendix).
 fn fresnel(eta: f32, cosine: f32) -> f32 {
     // Nothing between equal indices, where rounding would leave a trace of a ray.
     if (eta - 1.0).abs() < SAME_INDEX {

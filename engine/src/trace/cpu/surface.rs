@@ -1,6 +1,6 @@
 //! From a hit to the surface there: position with its error bound, normals, material.
 //!
-//! Positions are moved onto the primitive, never left at origin + t * direction (ACCURACY row 6).
+//! Positions are moved onto the primitive, never left at origin + t * direction (pbrt-v4, 6.8).
 //! Twin of `shaders/shared/surface.wgsl`.
 
 use glam::Vec3;

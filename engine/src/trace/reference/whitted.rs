@@ -1,4 +1,4 @@
-//! Whitted's recursion, as one would write it on a blackboard, in f64 (ACCURACY B.4 to B.6).
+//! Whitted's recursion, as one would write it on a blackboard, in f64; the model is told in [`crate::trace`].
 
 use glam::DVec3;
 
