@@ -23,7 +23,7 @@ use crate::input::Input;
 use crate::present::{Screen, Screenshot, Ui};
 use crate::time::Time;
 use crate::trace::gpu::Gpu;
-use crate::trace::{ActiveTracer, Backend, BackendChoice, TraceFault, open_tracer};
+use crate::trace::{ActiveTracer, Backend, BackendChoice, TraceError, TraceFault, open_tracer};
 
 /// Device failures in a row that end the run: one may be a passing hiccup of the driver.
 const FAILURES_TOLERATED: u32 = 8;
@@ -229,9 +229,20 @@ impl WindowApp {
         {
             open.window.set_title(&title);
         }
-        let fault = world.resource_mut::<TraceFault>().0.take();
-        world.resource_mut::<Notices>().fault = fault.map(|fault| fault.to_string());
-        match world.resource_mut::<Screen>().take_fault() {
+        self.count_failures(event_loop);
+    }
+
+    /// Ends the run where the device keeps failing, in tracing or in presenting. A scene that is too large
+    /// for it is no failure of the device: the window says so and goes on.
+    fn count_failures(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let world = &mut self.engine.world;
+        let tracing_fault = world.resource_mut::<TraceFault>().0.take();
+        world.resource_mut::<Notices>().fault = tracing_fault.as_ref().map(ToString::to_string);
+        let presenting_fault = world.resource_mut::<Screen>().take_fault();
+        match device_failure(presenting_fault, tracing_fault) {
             None => open.failures = 0,
             Some(error) => {
                 tracing::warn!("{error}");
@@ -242,6 +253,11 @@ impl WindowApp {
             }
         }
     }
+}
+
+/// What counts as a failing device: whatever presenting says, and of tracing only the device's own faults.
+fn device_failure(presenting: Option<TraceError>, tracing: Option<TraceError>) -> Option<TraceError> {
+    presenting.or_else(|| tracing.filter(|fault| matches!(fault, TraceError::Device(_))))
 }
 
 fn inner_size(window: &Window) -> UVec2 {
@@ -306,5 +322,20 @@ impl ApplicationHandler for WindowApp {
         // The surface goes before the window it belongs to, while the event loop still lives.
         self.engine.world.remove_resource::<Screen>();
         self.open = None;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_tracer_that_loses_its_device_counts_and_a_scene_too_large_does_not() {
+        let device = || Some(TraceError::Device("the device was lost".into()));
+        let large = || Some(TraceError::TooLarge("too many triangles".into()));
+        assert_eq!(device_failure(None, device()), device());
+        assert_eq!(device_failure(device(), large()), device());
+        assert_eq!(device_failure(None, large()), None);
+        assert_eq!(device_failure(None, None), None);
     }
 }

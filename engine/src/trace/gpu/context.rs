@@ -2,9 +2,10 @@
 //!
 //! Opened by [`super::GpuTracer`]'s callers: once, and shared with the window that presents. wgpu reports
 //! errors through callbacks and panics if nobody listens; here they land in a slot that [`Gpu::check`]
-//! turns into [`TraceError::Device`], so a lost device is an answer, not a crash.
+//! turns into [`TraceError::Device`], so a lost device is an answer, not a crash. wgpu tells of a loss only
+//! once and keeps quiet about every call after it, so the loss is kept and answered from then on.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use crate::trace::TraceError;
 
@@ -37,18 +38,36 @@ pub struct Gpu {
     faults: Faults,
 }
 
-/// The first thing that went wrong since the last look.
+/// What went wrong, noted by wgpu's callbacks from any thread.
 #[derive(Clone, Default)]
-struct Faults(Arc<Mutex<Option<String>>>);
+struct Faults(Arc<Mutex<Noted>>);
+
+#[derive(Default)]
+struct Noted {
+    /// The first error since the last look.
+    error: Option<String>,
+    /// Why the device is gone for good.
+    loss: Option<String>,
+}
 
 impl Faults {
-    fn note(&self, what: String) {
-        let mut slot = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        slot.get_or_insert(what);
+    fn noted(&self) -> MutexGuard<'_, Noted> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    fn take(&self) -> Option<String> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    fn note_error(&self, what: String) {
+        self.noted().error.get_or_insert(what);
+    }
+
+    fn note_loss(&self, why: String) {
+        self.noted().loss.get_or_insert(why);
+    }
+
+    /// An error is answered once, a loss every time.
+    fn look(&self) -> Option<String> {
+        let mut noted = self.noted();
+        let error = noted.error.take();
+        noted.loss.clone().or(error)
     }
 }
 
@@ -116,12 +135,12 @@ impl Gpu {
         describe(&self.info)
     }
 
-    /// What went wrong on the device since the last call.
+    /// What went wrong on the device since the last call; of a lost device, its loss at every call.
     ///
     /// # Errors
     /// [`TraceError::Device`] with the driver's or wgpu's words.
     pub fn check(&self) -> Result<(), TraceError> {
-        match self.faults.take() {
+        match self.faults.look() {
             Some(what) => Err(TraceError::Device(format!(
                 "the GPU failed ({}): {what}",
                 self.describe()
@@ -226,13 +245,13 @@ fn open_device(
 fn listen(device: &wgpu::Device, faults: &Faults) {
     let uncaptured = faults.clone();
     device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
-        uncaptured.note(error.to_string());
+        uncaptured.note_error(error.to_string());
     }));
     let lost = faults.clone();
     device.set_device_lost_callback(move |reason, message| {
         // A device that its owner drops is not a fault.
         if reason != wgpu::DeviceLostReason::Destroyed {
-            lost.note(format!("the device was lost: {message}"));
+            lost.note_loss(format!("the device was lost: {message}"));
         }
     });
 }
@@ -253,6 +272,19 @@ mod tests {
             info("NVIDIA H200", wgpu::DeviceType::DiscreteGpu),
             info("llvmpipe", wgpu::DeviceType::Cpu),
         ]
+    }
+
+    #[test]
+    fn an_error_passes_and_a_loss_stays() {
+        let faults = Faults::default();
+        faults.note_error("a bad binding".into());
+        assert_eq!(faults.look().as_deref(), Some("a bad binding"));
+        assert_eq!(faults.look(), None);
+        faults.note_loss("it was unplugged".into());
+        faults.note_error("a bad binding".into());
+        for _ in 0..3 {
+            assert_eq!(faults.look().as_deref(), Some("it was unplugged"));
+        }
     }
 
     #[test]
