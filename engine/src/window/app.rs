@@ -130,7 +130,8 @@ impl WindowApp {
         let (tracer, note) =
             open_tracer(choice, adapter, Some(gpu.clone())).map_err(WindowError::NoTracer)?;
         if let Some(note) = note {
-            tracing::info!("{note}");
+            // Not by default what one would expect: the default level of the log shows it.
+            tracing::warn!("{note}");
             world.resource_mut::<Notices>().toast(note);
         }
         // By itself, a hardware GPU is preferred over the software adapter that presents.
