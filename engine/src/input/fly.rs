@@ -130,6 +130,24 @@ fn picture_camera(
         .or_else(|| shown.map(|(entity, _)| entity).min())
 }
 
+/// The flight of a camera from where it is now; none if it is nowhere.
+fn take_in_hand(
+    entity: Entity,
+    home_camera: ActiveCamera,
+    poses: &Poses,
+    parents: &Query<&ChildOf>,
+) -> Option<Flight> {
+    let (_, rotation, position) =
+        world_from(entity, poses, parents).to_scale_rotation_translation();
+    Some(Flight {
+        entity,
+        position,
+        rotation,
+        home: *poses.get(entity).ok()?.0,
+        home_camera,
+    })
+}
+
 /// Takes the camera into the hand at the first wish, flies it, gives it back.
 #[expect(
     clippy::too_many_arguments,
@@ -160,19 +178,8 @@ pub(super) fn fly_camera(
     let secs = time.wall_delta_secs.min(LONGEST_STEP_SECS);
     let wish = wish(&input, &keys, fly.speed, secs);
     if fly.flight.is_none() && wish != Wish::default() {
-        fly.flight = picture_camera(*active, &cameras).and_then(|entity| {
-            let (_, rotation, position) =
-                world_from(entity, &poses, &parents).to_scale_rotation_translation();
-            let home = *poses.get(entity).ok()?.0;
-            let home_camera = *active;
-            Some(Flight {
-                entity,
-                position,
-                rotation,
-                home,
-                home_camera,
-            })
-        });
+        fly.flight = picture_camera(*active, &cameras)
+            .and_then(|entity| take_in_hand(entity, *active, &poses, &parents));
     }
     let Some(flight) = &mut fly.flight else {
         return;
