@@ -103,19 +103,8 @@ impl Gpu {
                 ));
                 continue;
             }
-            match open_device(adapter) {
-                Ok((device, queue)) => {
-                    let faults = Faults::default();
-                    listen(&device, &faults);
-                    return Ok(Self {
-                        instance,
-                        adapter: adapter.clone(),
-                        device,
-                        queue,
-                        info: infos[index].clone(),
-                        faults,
-                    });
-                }
+            match open_device(adapter, limits(&adapter.limits())) {
+                Ok(opened) => return Ok(Self::around(instance, adapter.clone(), opened)),
                 Err(why) => reasons.push(format!("{}: {why}", describe(&infos[index]))),
             }
         }
@@ -123,6 +112,24 @@ impl Gpu {
             "no GPU could be opened: {}; `--backend cpu` needs none",
             reasons.join("; ")
         )))
+    }
+
+    /// What is open already, with its errors listened to.
+    fn around(
+        instance: wgpu::Instance,
+        adapter: wgpu::Adapter,
+        (device, queue): (wgpu::Device, wgpu::Queue),
+    ) -> Self {
+        let faults = Faults::default();
+        listen(&device, &faults);
+        Self {
+            info: adapter.get_info(),
+            instance,
+            adapter,
+            device,
+            queue,
+            faults,
+        }
     }
 
     /// Whether the "GPU" is a program on the CPU (Mesa's lavapipe, Microsoft's WARP).
@@ -230,6 +237,7 @@ fn limits(adapter: &wgpu::Limits) -> wgpu::Limits {
 
 fn open_device(
     adapter: &wgpu::Adapter,
+    required_limits: wgpu::Limits,
 ) -> Result<(wgpu::Device, wgpu::Queue), wgpu::RequestDeviceError> {
     let timestamps = wgpu::Features::TIMESTAMP_QUERY
         | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
@@ -237,7 +245,7 @@ fn open_device(
     pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
         label: Some("orrery"),
         required_features: adapter.features() & timestamps,
-        required_limits: limits(&adapter.limits()),
+        required_limits,
         ..wgpu::DeviceDescriptor::default()
     }))
 }
@@ -259,6 +267,25 @@ fn listen(device: &wgpu::Device, faults: &Faults) {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    impl Gpu {
+        /// Any adapter, opened so that no buffer may be larger than `most` bytes: small scenes are too large for it.
+        pub(in crate::trace::gpu) fn limited(most: u64) -> Result<Self, TraceError> {
+            let instance = Self::instance();
+            let adapter = list(&instance)
+                .into_iter()
+                .next()
+                .ok_or_else(|| TraceError::NoDevice("no adapter at all".into()))?;
+            let limits = wgpu::Limits {
+                max_buffer_size: most,
+                max_storage_buffer_binding_size: most,
+                ..limits(&adapter.limits())
+            };
+            let opened = open_device(&adapter, limits)
+                .map_err(|error| TraceError::NoDevice(error.to_string()))?;
+            Ok(Self::around(instance, adapter, opened))
+        }
+    }
 
     fn info(name: &str, device_type: wgpu::DeviceType) -> wgpu::AdapterInfo {
         wgpu::AdapterInfo {

@@ -24,6 +24,8 @@ pub struct SceneOnDevice {
     mesh_version: Option<u64>,
     /// Bytes from one pass row to the next.
     pass_stride: u64,
+    /// A buffer grew into another one that group 1 does not bind yet; kept over an upload that fails.
+    moved: bool,
     /// Group 0.
     pub frame: wgpu::BindGroup,
     /// Group 1.
@@ -67,6 +69,7 @@ impl SceneOnDevice {
             lights,
             mesh_version: None,
             pass_stride: u64::from(alignment).max(size_of::<PassRow>() as u64),
+            moved: false,
         }
     }
 
@@ -81,19 +84,18 @@ impl SceneOnDevice {
         packed: &PackedScene,
     ) -> Result<u64, TraceError> {
         let meshes_end = packed.instance_nodes_start as usize;
-        let mut moved = false;
-        let mut stale = self.mesh_version != Some(packed.mesh_version);
         for (buffer, size) in [
             (&mut self.nodes, size_of_val(&packed.nodes[..])),
             (&mut self.triangles, size_of_val(&packed.triangles[..])),
             (&mut self.normals, size_of_val(&packed.normals[..])),
         ] {
-            let grown = buffer.reserve(gpu, size as u64)?;
-            moved |= grown;
-            stale |= grown;
+            if buffer.reserve(gpu, size as u64)? {
+                self.moved = true;
+                self.mesh_version = None; // the new buffer holds nothing
+            }
         }
         let mut written = 0;
-        if stale {
+        if self.mesh_version != Some(packed.mesh_version) {
             let mesh_nodes: &[u8] = cast_slice(&packed.nodes[..meshes_end]);
             written += self.nodes.write(gpu, 0, mesh_nodes);
             written += self.triangles.write(gpu, 0, cast_slice(&packed.triangles));
@@ -103,12 +105,14 @@ impl SceneOnDevice {
         let tail = (meshes_end * size_of::<Node4>()) as u64;
         let instance_nodes: &[u8] = cast_slice(&packed.nodes[meshes_end..]);
         written += self.nodes.write_changed(gpu, tail, instance_nodes);
-        written += put(gpu, &mut self.instances, &packed.instances, &mut moved)?;
-        written += put(gpu, &mut self.materials, &packed.materials, &mut moved)?;
-        written += put(gpu, &mut self.lights, &packed.lights, &mut moved)?;
+        let moved = &mut self.moved;
+        written += put(gpu, &mut self.instances, &packed.instances, moved)?;
+        written += put(gpu, &mut self.materials, &packed.materials, moved)?;
+        written += put(gpu, &mut self.lights, &packed.lights, moved)?;
         written += self.view.write_changed(gpu, 0, bytes_of(&packed.view));
-        if moved {
+        if self.moved {
             self.scene = bind_scene(gpu, layouts, self.scene_rows());
+            self.moved = false;
         }
         Ok(written)
     }
@@ -191,4 +195,44 @@ fn bind_scene(
     rows: [&RowBuffer; SCENE_BINDINGS.len()],
 ) -> wgpu::BindGroup {
     bind(gpu, "scene", &layouts.scene, &rows.map(RowBuffer::buffer))
+}
+
+#[cfg(test)]
+mod tests {
+    use bytemuck::Zeroable;
+
+    use super::*;
+
+    const NODE: usize = size_of::<Node4>();
+
+    fn packed(nodes: usize, triangles: usize) -> PackedScene {
+        let mut packed = PackedScene::default();
+        packed.nodes = vec![Node4::zeroed(); nodes];
+        packed.instance_nodes_start = nodes as u32;
+        packed.triangles = vec![TriangleRow::zeroed(); triangles];
+        packed.mesh_version = 1;
+        packed
+    }
+
+    #[test]
+    fn a_buffer_that_grew_before_an_upload_failed_is_bound_by_the_next() {
+        let most = 1 << 18;
+        let gpu = Gpu::limited(most).expect("a GPU, or software Vulkan, for the tests");
+        let layouts = Layouts::new(&gpu);
+        let mut on_device = SceneOnDevice::new(&gpu, &layouts);
+        let nodes = most as usize / 2 / NODE;
+        let before = on_device.scene.clone();
+        let too_large = on_device.upload(&gpu, &layouts, &packed(nodes, most as usize));
+        assert!(
+            matches!(&too_large, Err(TraceError::TooLarge(why)) if why.contains("triangles")),
+            "{too_large:?}"
+        );
+        let written = on_device.upload(&gpu, &layouts, &packed(nodes, 1));
+        assert!(
+            written.is_ok_and(|bytes| bytes as usize >= nodes * NODE),
+            "the new buffer stayed empty"
+        );
+        assert_ne!(on_device.scene, before, "the old buffer is still bound");
+        gpu.check().expect("nothing went wrong on the device");
+    }
 }
