@@ -15,7 +15,9 @@ use crate::trace::{ActiveTracer, TraceError, TraceFault};
 #[derive(Resource)]
 pub struct Screen {
     gpu: Arc<Gpu>,
-    surface: wgpu::Surface<'static>,
+    window: Arc<dyn wgpu::DisplayAndWindowHandle>,
+    /// None: it was lost, and another one could not be made yet.
+    surface: Option<wgpu::Surface<'static>>,
     config: wgpu::SurfaceConfiguration,
     pass: PresentPass,
     overlay: egui_wgpu::Renderer,
@@ -27,12 +29,13 @@ pub struct Screen {
 }
 
 impl Screen {
-    /// Prepares a surface for presenting.
+    /// Prepares a window's surface for presenting.
     ///
     /// # Errors
     /// [`TraceError::NoDevice`] where the adapter knows no format for the surface.
     pub fn new(
         gpu: Arc<Gpu>,
+        window: Arc<dyn wgpu::DisplayAndWindowHandle>,
         surface: wgpu::Surface<'static>,
         size: UVec2,
         vsync: bool,
@@ -69,7 +72,8 @@ impl Screen {
             pass: PresentPass::new(&gpu.device, format),
             overlay: egui_wgpu::Renderer::new(&gpu.device, format, options),
             gpu,
-            surface,
+            window,
+            surface: Some(surface),
             config,
             shares_device: false,
             stale: false,
@@ -86,8 +90,30 @@ impl Screen {
     pub fn resize(&mut self, size: UVec2) {
         if size.min_element() > 0 && size != self.size() {
             (self.config.width, self.config.height) = (size.x, size.y);
-            self.surface.configure(&self.gpu.device, &self.config);
+            self.configure();
         }
+    }
+
+    fn configure(&self) {
+        if let Some(surface) = &self.surface {
+            surface.configure(&self.gpu.device, &self.config);
+        }
+    }
+
+    /// Another surface for the window, in place of one that was lost.
+    fn replace_surface(&mut self) -> Result<(), TraceError> {
+        // The old swap chain goes first: a window has one at a time.
+        self.surface = None;
+        let surface = self
+            .gpu
+            .instance
+            .create_surface(self.window.clone())
+            .map_err(|error| {
+                TraceError::Device(format!("the window's surface cannot be replaced: {error}"))
+            })?;
+        self.surface = Some(surface);
+        self.configure();
+        Ok(())
     }
 
     /// Pixels across and down.
@@ -103,8 +129,10 @@ impl Screen {
     /// The next image of the swap chain; none if there is none just now.
     fn next_image(&mut self) -> Option<wgpu::SurfaceTexture> {
         use wgpu::CurrentSurfaceTexture as Current;
+        let mut fault = None;
         for _ in 0..2 {
-            match self.surface.get_current_texture() {
+            let surface = self.surface.as_ref();
+            match surface.map_or(Current::Lost, wgpu::Surface::get_current_texture) {
                 Current::Success(image) => return Some(image),
                 Current::Timeout | Current::Occluded => return None,
                 Current::Validation => break,
@@ -112,11 +140,14 @@ impl Screen {
                     self.stale = true;
                     return Some(image);
                 }
-                Current::Outdated | Current::Lost => {}
+                // The window is being resized: the next frame knows its size.
+                Current::Outdated => self.configure(),
+                Current::Lost => {
+                    fault = self.replace_surface().err().or_else(|| Some(lost_again()));
+                }
             }
-            self.surface.configure(&self.gpu.device, &self.config);
         }
-        self.fault = self.gpu.check().err();
+        self.fault = self.gpu.check().err().or(fault);
         None
     }
 
@@ -140,7 +171,7 @@ impl Screen {
             self.overlay.free_texture(&id);
         }
         if std::mem::take(&mut self.stale) {
-            self.surface.configure(&self.gpu.device, &self.config);
+            self.configure();
         }
     }
 
@@ -170,6 +201,13 @@ impl Screen {
         queue.present(image);
         self.fault = self.gpu.check().err();
     }
+}
+
+fn lost_again() -> TraceError {
+    TraceError::Device(
+        "the surface was lost: the system took away what the window is drawn to, and did not give it back"
+            .into(),
+    )
 }
 
 fn begin_pass(

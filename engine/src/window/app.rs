@@ -92,6 +92,7 @@ impl WindowApp {
         let gpu = Arc::new(gpu);
         let mut screen = Screen::new(
             gpu.clone(),
+            window.clone(),
             surface,
             inner_size(&window),
             self.options.vsync,
@@ -257,7 +258,10 @@ impl WindowApp {
 }
 
 /// What counts as a failing device: whatever presenting says, and of tracing only the device's own faults.
-fn device_failure(presenting: Option<TraceError>, tracing: Option<TraceError>) -> Option<TraceError> {
+fn device_failure(
+    presenting: Option<TraceError>,
+    tracing: Option<TraceError>,
+) -> Option<TraceError> {
     presenting.or_else(|| tracing.filter(|fault| matches!(fault, TraceError::Device(_))))
 }
 
