@@ -8,8 +8,8 @@ use glam::UVec2;
 use super::pass::{Look, PresentPass};
 use super::ui::Ui;
 use crate::frame::FrameScene;
-use crate::trace::gpu::Gpu;
-use crate::trace::{ActiveTracer, TraceError, TraceFault};
+use crate::trace::gpu::{Gpu, Reports};
+use crate::trace::{ActiveTracer, OtherPasses, PassTime, TraceError, TraceFault};
 
 /// A window's surface, and what draws to it.
 #[derive(Resource)]
@@ -21,6 +21,10 @@ pub struct Screen {
     config: wgpu::SurfaceConfiguration,
     pass: PresentPass,
     overlay: egui_wgpu::Renderer,
+    /// Timestamps of presenting, where the device has them.
+    reports: Option<Reports>,
+    /// What the last presenting took that has come back.
+    time: Option<PassTime>,
     /// The tracer's picture lies on this screen's device.
     shares_device: bool,
     /// The swap chain no longer fits the window well; configured anew once its image is shown.
@@ -68,7 +72,13 @@ impl Screen {
             msaa_samples: 1,
             ..egui_wgpu::RendererOptions::default()
         };
+        let timed = gpu
+            .device
+            .features()
+            .contains(wgpu::Features::TIMESTAMP_QUERY);
         Ok(Self {
+            reports: timed.then(|| Reports::new(&gpu)),
+            time: None,
             pass: PresentPass::new(&gpu.device, format),
             overlay: egui_wgpu::Renderer::new(&gpu.device, format, options),
             gpu,
@@ -161,6 +171,20 @@ impl Screen {
         }
     }
 
+    /// Takes in the newest timestamps that have come back.
+    fn collect_time(&mut self) {
+        let report = self
+            .reports
+            .as_mut()
+            .and_then(|reports| reports.collect(&self.gpu));
+        if let Some(millis) = report.and_then(|report| report.millis) {
+            self.time = Some(PassTime {
+                name: "present and overlay",
+                millis,
+            });
+        }
+    }
+
     /// Draws picture and overlay and hands the image to the display.
     fn present(&mut self, ui: &mut Ui, look: Look) {
         self.upload_overlay(ui);
@@ -192,12 +216,18 @@ impl Screen {
             self.overlay
                 .update_buffers(device, queue, &mut encoder, &ui.shapes, &screen);
         {
-            let mut pass = begin_pass(&mut encoder, &view);
+            let writes = self.reports.as_ref().and_then(Reports::render_writes);
+            let mut pass = begin_pass(&mut encoder, &view, writes);
             self.pass.draw(device, queue, &mut pass, size, look);
             self.overlay.render(&mut pass, &ui.shapes, &screen);
         }
+        let reports = self.reports.as_ref();
+        let report = reports.and_then(|reports| Some((reports, reports.record(&mut encoder)?)));
         commands.push(encoder.finish());
         queue.submit(commands);
+        if let Some((reports, slot)) = report {
+            reports.request(slot);
+        }
         queue.present(image);
         self.fault = self.gpu.check().err();
     }
@@ -213,6 +243,7 @@ fn lost_again() -> TraceError {
 fn begin_pass(
     encoder: &mut wgpu::CommandEncoder,
     view: &wgpu::TextureView,
+    timestamp_writes: Option<wgpu::RenderPassTimestampWrites<'_>>,
 ) -> wgpu::RenderPass<'static> {
     encoder
         .begin_render_pass(&wgpu::RenderPassDescriptor {
@@ -226,6 +257,7 @@ fn begin_pass(
                     store: wgpu::StoreOp::Store,
                 },
             })],
+            timestamp_writes,
             ..wgpu::RenderPassDescriptor::default()
         })
         .forget_lifetime()
@@ -238,6 +270,7 @@ pub(super) fn present_picture(
     mut fault: ResMut<TraceFault>,
     scene: Res<FrameScene>,
     mut ui: ResMut<Ui>,
+    mut passes: ResMut<OtherPasses>,
 ) {
     let Some(mut screen) = screen else {
         return;
@@ -260,4 +293,7 @@ pub(super) fn present_picture(
         tone: scene.view.tone_map,
     };
     screen.present(&mut ui, look);
+    screen.collect_time();
+    passes.0.clear();
+    passes.0.extend(screen.time.clone());
 }

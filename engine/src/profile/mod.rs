@@ -22,7 +22,7 @@ use bevy_ecs::prelude::*;
 use crate::app::Engine;
 use crate::schedule::FrameSet;
 use crate::time::Time;
-use crate::trace::{ActiveTracer, Counters, PassTime};
+use crate::trace::{ActiveTracer, Counters, OtherPasses, PassTime};
 
 /// One run of one system.
 #[derive(Clone, Debug, PartialEq)]
@@ -40,7 +40,7 @@ pub struct Span {
 pub struct Profile {
     /// Systems in the order they ran. Empty unless [`install`] came before the engine.
     pub spans: Vec<Span>,
-    /// The tracer's passes in order; on a GPU, of the last picture that has come back.
+    /// The tracer's passes in order, then what presents; on a GPU, of the last picture that has come back.
     pub passes: Vec<PassTime>,
     /// What tracing took; on a GPU, of the last picture that has come back.
     pub counters: Counters,
@@ -71,14 +71,17 @@ fn report_frame(
     start: Res<FrameStart>,
     time: Res<Time>,
     tracer: Res<ActiveTracer>,
+    others: Res<OtherPasses>,
     mut profile: ResMut<Profile>,
 ) {
     let profile = &mut *profile;
     layer::drain(start.0, &mut profile.spans);
+    profile.passes.clear();
     if let Some(tracer) = &tracer.0 {
         profile.passes = tracer.pass_times();
         profile.counters = tracer.counters();
     }
+    profile.passes.extend_from_slice(&others.0);
     profile.frame_millis = start.0.elapsed().as_secs_f64() * 1e3;
     // The first frame's interval is the time since the engine was built, which is no frame time.
     if time.frame > 1 {
@@ -129,6 +132,22 @@ mod tests {
         }
         assert!(spans.iter().all(|s| s.micros > 0.0), "{spans:?}");
         assert!(!names.iter().any(|n| n.contains("::")), "{names:?}");
+    }
+
+    #[test]
+    fn passes_that_are_not_the_tracers_are_told_once() {
+        let mut engine = Engine::new();
+        engine.add_plugin(plugin);
+        let present = PassTime {
+            name: "present",
+            millis: 0.25,
+        };
+        let passes = vec![present];
+        engine.world.resource_mut::<OtherPasses>().0 = passes.clone();
+        for _ in 0..2 {
+            engine.frame();
+            assert_eq!(engine.world.resource::<Profile>().passes, passes);
+        }
     }
 
     #[test]

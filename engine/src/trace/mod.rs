@@ -33,7 +33,7 @@ mod systems;
 pub use choose::{BackendChoice, open_tracer};
 pub use pack::PackedScene;
 pub use picture::Picture;
-pub use systems::{ActiveTracer, TraceFault, plugin};
+pub use systems::{ActiveTracer, OtherPasses, TraceFault, plugin};
 
 use std::fmt;
 

@@ -2,7 +2,7 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{TraceError, Tracer};
+use super::{PassTime, TraceError, Tracer};
 use crate::app::Engine;
 use crate::frame::{FrameScene, TraceSettings};
 use crate::schedule::FrameSet;
@@ -15,10 +15,15 @@ pub struct ActiveTracer(pub Option<Box<dyn Tracer>>);
 #[derive(Resource, Default, Debug)]
 pub struct TraceFault(pub Option<TraceError>);
 
+/// Times of device passes that are not the tracer's, for the profile; whoever runs them keeps them here.
+#[derive(Resource, Default, Debug)]
+pub struct OtherPasses(pub Vec<PassTime>);
+
 /// Adds the three steps (sets [`FrameSet::Refit`], [`FrameSet::Upload`], [`FrameSet::Trace`]).
 pub fn plugin(engine: &mut Engine) {
     engine.world.init_resource::<ActiveTracer>();
     engine.world.init_resource::<TraceFault>();
+    engine.world.init_resource::<OtherPasses>();
     engine.add_systems(FrameSet::Refit, refit_trees);
     engine.add_systems(FrameSet::Upload, upload_rows);
     engine.add_systems(FrameSet::Trace, trace_picture);

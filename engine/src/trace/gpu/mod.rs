@@ -16,6 +16,7 @@ mod upload;
 
 pub use context::{AdapterChoice, Gpu, STORAGE_BUFFERS};
 pub use layout::SCENE_BINDINGS;
+pub(crate) use report::Reports;
 pub use shader::{Kernel, Shader, Specialisation, TYPES_SOURCE, shader_module, shader_source};
 pub use tracer::GpuTracer;
 

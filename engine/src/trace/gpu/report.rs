@@ -1,7 +1,8 @@
 //! Counters and timestamps of a picture, back on the host without waiting for it.
 //!
 //! A few small buffers take turns: a picture's report is copied into a free one and mapped when the GPU
-//! gets there. If none is free the picture goes unreported.
+//! gets there. If none is free the picture goes unreported. The screen times its presenting the same way;
+//! it counts nothing.
 
 use std::sync::Arc;
 use std::sync::atomic::{AtomicU8, Ordering};
@@ -91,6 +92,15 @@ impl Reports {
             query_set,
             beginning_of_pass_write_index: first.then_some(0),
             end_of_pass_write_index: last.then_some(1),
+        })
+    }
+
+    /// The timestamps of a picture that is drawn by one render pass.
+    pub fn render_writes(&self) -> Option<wgpu::RenderPassTimestampWrites<'_>> {
+        Some(wgpu::RenderPassTimestampWrites {
+            query_set: self.queries.as_ref()?,
+            beginning_of_pass_write_index: Some(0),
+            end_of_pass_write_index: Some(1),
         })
     }
 
