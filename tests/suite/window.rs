@@ -114,17 +114,95 @@ fn program() -> PathBuf {
     path
 }
 
-fn play(scene: &Path, display: &str) -> Killed {
-    Command::new(program())
-        .arg(scene)
-        .args(["--size", "320x240", "--backend", "cpu"])
-        .current_dir(scene.parent().expect("the scene is in a folder"))
-        .env("DISPLAY", display)
-        .env_remove("WAYLAND_DISPLAY")
-        .env_remove("WAYLAND_SOCKET")
-        .spawn()
-        .map(Killed)
-        .expect("the program starts")
+/// The program playing [`SCENE`] on a screen of its own, with the focus on its window.
+struct Player {
+    program: Killed,
+    display: String,
+    window: String,
+    shots: PathBuf,
+    _screen: Killed,
+    _folder: Folder,
+}
+
+impl Player {
+    fn start(name: &str, arguments: &[&str]) -> Self {
+        let folder = Folder::new(name);
+        let scene = folder.0.join("still_life.ron");
+        std::fs::write(&scene, SCENE).expect("the scene can be written");
+        let (screen, display) = screen();
+        let mut program = Command::new(program())
+            .arg(&scene)
+            .args(["--size", "320x240", "--backend", "cpu"])
+            .args(arguments)
+            .current_dir(&folder.0)
+            .env("DISPLAY", &display)
+            .env_remove("WAYLAND_DISPLAY")
+            .env_remove("WAYLAND_SOCKET")
+            .spawn()
+            .map(Killed)
+            .expect("the program starts");
+        let window = wait_for("the window", || {
+            let ended = program.0.try_wait().expect("the program can be asked");
+            assert!(
+                ended.is_none(),
+                "the program ended before its window opened: {ended:?}"
+            );
+            let found = xdotool(
+                &display,
+                &["search", "--onlyvisible", "--name", "still_life"],
+            )?;
+            found.lines().next().map(str::to_owned)
+        });
+        let player = Self {
+            program,
+            display,
+            window,
+            shots: folder.0.join("screenshots"),
+            _screen: screen,
+            _folder: folder,
+        };
+        player.hand(&["windowfocus", "--sync", &player.window]);
+        player
+    }
+
+    fn hand(&self, arguments: &[&str]) {
+        xdotool(&self.display, arguments)
+            .unwrap_or_else(|| panic!("xdotool could not {arguments:?}"));
+    }
+
+    fn hold(&self, key: &str) {
+        self.hand(&["keydown", key]);
+        std::thread::sleep(Duration::from_millis(700));
+        self.hand(&["keyup", key]);
+    }
+
+    /// Presses F12 and reads the picture that comes of it.
+    fn screenshot(&self) -> RgbImage {
+        let before = pictures(&self.shots);
+        self.hand(&["key", "F12"]);
+        let path = wait_for("a screenshot", || {
+            pictures(&self.shots)
+                .into_iter()
+                .find(|path| !before.contains(path))
+        });
+        image::open(&path)
+            .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
+            .to_rgb8()
+    }
+
+    /// Gives the window another size, and takes a screenshot once the program has seen it.
+    fn screenshot_at(&self, width: u32, height: u32) -> RgbImage {
+        let size = [width, height].map(|pixels| pixels.to_string());
+        self.hand(&["windowsize", &self.window, &size[0], &size[1]]);
+        wait_for("a screenshot of the new size", || {
+            Some(self.screenshot()).filter(|shot| shot.dimensions() == (width, height))
+        })
+    }
+
+    fn assert_alive(mut self) {
+        let ended = self.program.0.try_wait().expect("the program can be asked");
+        assert!(ended.is_none(), "the program ended by itself: {ended:?}");
+    }
 }
 
 fn pictures(folder: &Path) -> Vec<PathBuf> {
@@ -137,65 +215,58 @@ fn pictures(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// Presses F12 and reads the picture that comes of it.
-fn screenshot(display: &str, folder: &Path) -> RgbImage {
-    let before = pictures(folder);
-    xdotool(display, &["key", "F12"]).expect("a key can be pressed");
-    let path = wait_for("a screenshot", || {
-        pictures(folder)
-            .into_iter()
-            .find(|path| !before.contains(path))
-    });
-    image::open(&path)
-        .unwrap_or_else(|error| panic!("{}: {error}", path.display()))
-        .to_rgb8()
-}
-
 fn is_black(picture: &RgbImage) -> bool {
     picture.pixels().all(|pixel| pixel.0 == [0; 3])
 }
 
 #[test]
 fn a_key_moves_the_camera_of_a_real_window() {
-    let folder = Folder::new("window");
-    let scene = folder.0.join("still_life.ron");
-    std::fs::write(&scene, SCENE).expect("the scene can be written");
-    let shots = folder.0.join("screenshots");
-    let (_xvfb, display) = screen();
-    let mut player = play(&scene, &display);
-    let window = wait_for("the window", || {
-        let ended = player.0.try_wait().expect("the program can be asked");
-        assert!(
-            ended.is_none(),
-            "the program ended before its window opened: {ended:?}"
-        );
-        let found = xdotool(
-            &display,
-            &["search", "--onlyvisible", "--name", "still_life"],
-        )?;
-        found.lines().next().map(str::to_owned)
-    });
-    xdotool(&display, &["windowfocus", "--sync", &window]).expect("the window takes the focus");
-
-    let first = screenshot(&display, &shots);
-    let again = screenshot(&display, &shots);
-    assert_eq!((first.width(), first.height()), (320, 240));
+    let player = Player::start("window", &[]);
+    let first = player.screenshot();
+    let again = player.screenshot();
+    assert_eq!(first.dimensions(), (320, 240));
     assert!(!is_black(&first), "the picture is black");
     assert!(
         first == again,
         "the picture changed although nothing was touched"
     );
-
-    xdotool(&display, &["keydown", "w"]).expect("a key goes down");
-    std::thread::sleep(Duration::from_millis(700));
-    xdotool(&display, &["keyup", "w"]).expect("a key goes up");
-    let moved = screenshot(&display, &shots);
+    player.hold("w");
+    let moved = player.screenshot();
     assert!(!is_black(&moved), "the picture is black after flying");
     assert!(
         first != moved,
         "W was held, and the picture stayed as it was"
     );
+    player.assert_alive();
+}
 
-    let ended = player.0.try_wait().expect("the program can be asked");
-    assert!(ended.is_none(), "the program ended by itself: {ended:?}");
+#[test]
+fn a_window_that_is_resized_goes_on_even_at_one_pixel() {
+    let player = Player::start("resized", &[]);
+    let wide = player.screenshot_at(401, 123);
+    assert!(!is_black(&wide), "the picture is black after resizing");
+    player.screenshot_at(1, 1);
+    player.hold("w");
+    let back = player.screenshot_at(401, 123);
+    assert!(!is_black(&back), "the picture is black after one pixel");
+    assert!(
+        wide != back,
+        "W was held at one pixel, and the camera stayed where it was"
+    );
+    player.assert_alive();
+}
+
+/// I raises the camera in the report's key map and does nothing in the standard one.
+#[test]
+fn the_keys_of_the_report_move_the_camera() {
+    let player = Player::start("report-keys", &["--keys", "report"]);
+    let first = player.screenshot();
+    player.hold("i");
+    let raised = player.screenshot();
+    assert!(!is_black(&raised), "the picture is black after rising");
+    assert!(
+        first != raised,
+        "I was held, and the picture stayed as it was"
+    );
+    player.assert_alive();
 }
