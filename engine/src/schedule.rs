@@ -1,7 +1,7 @@
 //! The order of a frame, on one page.
 //!
 //! Every system belongs to one of these sets; they run from top to bottom. Inside a set, systems that
-//! touch the same data are chained by hand: an ambiguous pair makes [`frame_schedule`] fail at start.
+//! touch the same data are chained by hand: [`crate::Engine::validate`] refuses an ambiguous pair.
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{LogLevel, ScheduleBuildSettings, ScheduleLabel, SingleThreadedExecutor};

@@ -2,6 +2,8 @@
 
 use std::path::{Path, PathBuf};
 
+use orrery_engine::scene::edit_distance;
+
 use crate::failure::Failure;
 
 /// The demo, inside the folder of scenes.
@@ -68,7 +70,7 @@ fn nearest(named: &Path, scenes: Option<&Path>) -> Option<PathBuf> {
     let wanted = named.file_stem()?.to_str()?.to_lowercase();
     let distance = |path: &Path| {
         let stem = path.file_stem()?.to_str()?.to_lowercase();
-        Some(edits(&wanted, &stem))
+        Some(edit_distance(&wanted, &stem))
     };
     let folders = [Some(own.as_path()), scenes];
     let mut files: Vec<(usize, PathBuf)> = folders
@@ -90,34 +92,9 @@ fn clean(path: &Path) -> PathBuf {
     path.strip_prefix(".").unwrap_or(path).to_path_buf()
 }
 
-/// Letters to change, insert or delete to get from one word to the other (Levenshtein 1966).
-fn edits(a: &str, b: &str) -> usize {
-    let b: Vec<char> = b.chars().collect();
-    let mut row: Vec<usize> = (0..=b.len()).collect();
-    for (i, from) in a.chars().enumerate() {
-        let mut diagonal = row[0];
-        row[0] = i + 1;
-        for (j, &to) in b.iter().enumerate() {
-            let changed = diagonal + usize::from(from != to);
-            diagonal = row[j + 1];
-            row[j + 1] = changed.min(row[j] + 1).min(diagonal + 1);
-        }
-    }
-    row[b.len()]
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn edits_of_known_words() {
-        for (a, b, count) in [("", "", 0), ("demo", "demo", 0), ("dmeo", "demo", 2)] {
-            assert_eq!(edits(a, b), count, "{a} {b}");
-        }
-        assert_eq!(edits("kitten", "sitting"), 3);
-        assert_eq!(edits("", "abc"), 3);
-    }
 
     #[test]
     fn a_missing_file_is_named_with_where_it_was_looked_for() {

@@ -11,7 +11,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use super::{Model, Part, material_of};
-use crate::world::{MeshData, Polygon, triangulate};
+use crate::world::{MeshData, Polygon, newell_normal, triangulate};
 
 /// Warnings kept for one file; broken files can have one a face.
 const MAX_WARNINGS: usize = 20;
@@ -257,7 +257,7 @@ fn cut(corners: &[Corner], positions: &[DVec3]) -> Result<Vec<[Corner; 3]>, Stri
         })
     };
     let outline: Vec<DVec3> = corners.iter().map(place).collect::<Result<_, _>>()?;
-    let winding = area(&outline);
+    let winding = newell_normal(&outline);
     let polygon = Polygon {
         loops: vec![outline],
     };
@@ -268,21 +268,11 @@ fn cut(corners: &[Corner], positions: &[DVec3]) -> Result<Vec<[Corner; 3]>, Stri
         .iter()
         .map(|&[a, b, c]| {
             let three = [a, b, c].map(|i| outline[i as usize]);
-            let flipped = area(&three).dot(winding) < 0.0;
+            let flipped = newell_normal(&three).dot(winding) < 0.0;
             let [b, c] = if flipped { [c, b] } else { [b, c] };
             [a, b, c].map(|i| corners[i as usize])
         })
         .collect())
-}
-
-/// Twice the area times the normal (Newell).
-fn area(corners: &[DVec3]) -> DVec3 {
-    let first = corners[0];
-    corners
-        .iter()
-        .zip(corners.iter().cycle().skip(1))
-        .map(|(&a, &b)| (a - first).cross(b - first))
-        .sum()
 }
 
 #[cfg(test)]

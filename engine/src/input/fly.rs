@@ -8,7 +8,9 @@ use glam::{DAffine3, DQuat, DVec3};
 
 use super::{Action, Input, KeyMap};
 use crate::time::Time;
-use crate::world::{ActiveCamera, Camera, GlobalVisibility, Shear, Transform};
+use crate::world::{
+    ActiveCamera, Camera, GlobalVisibility, Shear, Transform, picture_camera, world_from_local,
+};
 
 /// Radians the camera turns for a pixel of mouse movement: a hand's breadth is about half a turn.
 const RADIANS_PER_PIXEL: f64 = 0.003;
@@ -109,25 +111,11 @@ type Poses<'w, 's> = Query<'w, 's, (&'static mut Transform, Option<&'static Shea
 
 /// world_from_local out of this frame's transforms, from the entity up.
 fn world_from(entity: Entity, poses: &Poses, parents: &Query<&ChildOf>) -> DAffine3 {
-    std::iter::once(entity)
-        .chain(parents.iter_ancestors(entity))
-        .filter_map(|entity| poses.get(entity).ok())
-        .fold(DAffine3::IDENTITY, |inner, (transform, shear)| {
-            let local = transform.affine() * shear.map_or(DAffine3::IDENTITY, |shear| shear.0);
-            local * inner
-        })
-}
-
-/// The camera the picture is taken from, by the rule of extraction.
-fn picture_camera(
-    active: ActiveCamera,
-    cameras: &Query<(Entity, &GlobalVisibility), With<Camera>>,
-) -> Option<Entity> {
-    let shown = cameras.iter().filter(|(_, visible)| visible.0);
-    active
-        .0
-        .filter(|&entity| cameras.contains(entity))
-        .or_else(|| shown.map(|(entity, _)| entity).min())
+    world_from_local(
+        std::iter::once(entity)
+            .chain(parents.iter_ancestors(entity))
+            .filter_map(|entity| poses.get(entity).ok()),
+    )
 }
 
 /// The flight of a camera from where it is now; none if it is nowhere.
@@ -178,7 +166,8 @@ pub(super) fn fly_camera(
     let secs = time.wall_delta_secs.min(LONGEST_STEP_SECS);
     let wish = wish(&input, &keys, fly.speed, secs);
     if fly.flight.is_none() && wish != Wish::default() {
-        fly.flight = picture_camera(*active, &cameras)
+        let shown = cameras.iter().map(|(entity, visible)| (entity, visible.0));
+        fly.flight = picture_camera(*active, shown)
             .and_then(|entity| take_in_hand(entity, *active, &poses, &parents));
     }
     let Some(flight) = &mut fly.flight else {

@@ -17,7 +17,7 @@ mod syntax;
 mod timeline;
 mod writer;
 
-pub use problem::{LoadReport, Place, Problem, Problems, Report, Summary};
+pub use problem::{LoadReport, Place, Problem, Problems, Report, Summary, edit_distance};
 pub use reader::{Fields, Reader, Schema};
 pub use save::{describe, save};
 pub use spawn::{Imported, MeshSource, SceneRoots, unload};

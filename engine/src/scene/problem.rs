@@ -185,14 +185,15 @@ pub(super) fn nearest<'a>(
     candidates
         .into_iter()
         .filter(|candidate| candidate.len() <= 64)
-        .map(|candidate| (distance(&lower, &candidate.to_lowercase()), candidate))
+        .map(|candidate| (edit_distance(&lower, &candidate.to_lowercase()), candidate))
         .filter(|&(distance, _)| distance <= limit)
         .min_by_key(|&(distance, _)| distance)
         .map(|(_, candidate)| candidate.to_owned())
 }
 
-/// Insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b`.
-fn distance(a: &str, b: &str) -> usize {
+/// Insertions, deletions, replacements and swaps of neighbours that lead from `a` to `b` (optimal string
+/// alignment).
+pub fn edit_distance(a: &str, b: &str) -> usize {
     let (a, b): (Vec<char>, Vec<char>) = (a.chars().collect(), b.chars().collect());
     let mut rows = vec![vec![0; b.len() + 1]; a.len() + 1];
     for (i, row) in rows.iter_mut().enumerate() {
@@ -225,6 +226,21 @@ mod tests {
         assert_eq!(nearest("raduis", names).as_deref(), Some("radius"));
         assert_eq!(nearest("Material", names).as_deref(), Some("material"));
         assert_eq!(nearest("zzz", names), None);
+    }
+
+    #[test]
+    fn edits_of_known_words_are_counted() {
+        let words = [
+            ("", "", 0),
+            ("demo", "demo", 0),
+            ("dmeo", "demo", 1),
+            ("kitten", "sitting", 3),
+            ("", "abc", 3),
+        ];
+        for (a, b, count) in words {
+            assert_eq!(edit_distance(a, b), count, "{a} {b}");
+            assert_eq!(edit_distance(b, a), count, "{b} {a}");
+        }
     }
 
     #[test]

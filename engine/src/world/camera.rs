@@ -70,3 +70,37 @@ pub enum ToneMap {
 /// The camera the picture is taken from; none: the first visible one.
 #[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq)]
 pub struct ActiveCamera(pub Option<Entity>);
+
+/// The camera the picture is taken from: the active one, shown or not, else the first that is shown.
+///
+/// `cameras` are all there are, each with whether it is shown.
+pub fn picture_camera(
+    active: ActiveCamera,
+    cameras: impl IntoIterator<Item = (Entity, bool)>,
+) -> Option<Entity> {
+    let is_active = |entity| active.0 == Some(entity);
+    cameras
+        .into_iter()
+        .filter(|&(entity, shown)| shown || is_active(entity))
+        .map(|(entity, _)| entity)
+        .min_by_key(|&entity| (!is_active(entity), entity))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_active_camera_comes_first_then_the_first_shown() {
+        let [a, b, c] = [1, 2, 3].map(|row| Entity::from_raw_u32(row).unwrap());
+        let cameras = [(c, true), (b, true), (a, false)];
+        let chosen = |active| picture_camera(ActiveCamera(active), cameras);
+        let first_shown = if b < c { b } else { c };
+        assert_eq!(chosen(None), Some(first_shown));
+        assert_eq!(chosen(Some(a)), Some(a), "active, though hidden");
+        assert_eq!(chosen(Some(c)), Some(c));
+        let gone = Entity::from_raw_u32(9).unwrap();
+        assert_eq!(chosen(Some(gone)), Some(first_shown));
+        assert_eq!(picture_camera(ActiveCamera(Some(a)), []), None);
+    }
+}

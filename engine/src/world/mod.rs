@@ -14,15 +14,15 @@ mod shape;
 mod transform;
 mod visibility;
 
-pub use camera::{ActiveCamera, Camera, Projection, ToneMap};
+pub use camera::{ActiveCamera, Camera, Projection, ToneMap, picture_camera};
 pub use identity::{Background, SceneId, TraceDepth};
 pub use light::{DirectionalLight, Fade, PointLight, SpotLight};
 pub use material::{Lobe, Material, Reflection};
 pub use mesh::{FARTHEST, MeshData, MeshId, Meshes};
-pub use polygon::{triangulate, triangulate_polygons};
+pub use polygon::{newell_normal, triangulate, triangulate_polygons};
 pub use propagate::{Inherited, propagate};
 pub use shape::{Cuboid, Mesh, Plane, Polygon, PolygonMesh, Sphere, Surface};
-pub use transform::{GlobalTransform, Shear, Transform};
+pub use transform::{GlobalTransform, Shear, Transform, world_from_local};
 pub use visibility::{GlobalVisibility, Visibility};
 
 use bevy_ecs::prelude::*;

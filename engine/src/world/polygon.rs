@@ -66,9 +66,11 @@ pub fn triangulate(polygon: &Polygon) -> Result<MeshData, String> {
     MeshData::new("polygon", vertices, Vec::new(), triangles)
 }
 
-/// Twice the area times the unit normal (Newell's method: robust for concave loops).
-fn newell_normal(corners: &[DVec3]) -> DVec3 {
-    let shift = corners[0];
+/// Twice the area times the unit normal of a loop (Newell's method: robust for concave loops).
+///
+/// Relative to the first corner, so that loops far from the origin keep their digits; zero for no corner.
+pub fn newell_normal(corners: &[DVec3]) -> DVec3 {
+    let shift = corners.first().copied().unwrap_or_default();
     corners
         .iter()
         .zip(corners.iter().cycle().skip(1))
@@ -125,6 +127,15 @@ mod tests {
             "{} != {expected}",
             area(&mesh)
         );
+    }
+
+    #[test]
+    fn the_normal_of_a_square_far_away_is_twice_its_area_long() {
+        let far = DVec3::new(1e7, -2e7, 3e7);
+        let square = [(0.0, 0.0), (2.0, 0.0), (2.0, 2.0), (0.0, 2.0)]
+            .map(|(x, y)| far + DVec3::new(x, y, 0.0));
+        assert_eq!(newell_normal(&square), DVec3::Z * 8.0);
+        assert_eq!(newell_normal(&[]), DVec3::ZERO);
     }
 
     #[test]

@@ -75,6 +75,27 @@ impl Transform {
 #[reflect(Component, Default, Clone, PartialEq)]
 pub struct Shear(pub DAffine3);
 
+/// parent_from_local of an entity's own components.
+fn parent_from_local(transform: &Transform, shear: Option<&Shear>) -> DAffine3 {
+    match shear {
+        Some(Shear(shear)) => transform.affine() * *shear,
+        None => transform.affine(),
+    }
+}
+
+/// world_from_local out of this frame's poses, from an entity up to its root.
+///
+/// For systems that run before propagation, when [`GlobalTransform`] is still last frame's.
+pub fn world_from_local<'a>(
+    poses: impl IntoIterator<Item = (&'a Transform, Option<&'a Shear>)>,
+) -> DAffine3 {
+    poses
+        .into_iter()
+        .fold(DAffine3::IDENTITY, |inner, (transform, shear)| {
+            parent_from_local(transform, shear) * inner
+        })
+}
+
 /// world_from_local of an entity; written by propagation only.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Default)]
 #[reflect(Component, Default, Clone, PartialEq)]
@@ -85,10 +106,7 @@ impl Inherited for GlobalTransform {
     type Extra = Shear;
 
     fn compose(parent: Option<&Self>, local: &Transform, shear: Option<&Shear>) -> Self {
-        let mut parent_from_local = local.affine();
-        if let Some(Shear(shear)) = shear {
-            parent_from_local *= *shear;
-        }
+        let parent_from_local = parent_from_local(local, shear);
         match parent {
             Some(Self(world_from_parent)) => Self(*world_from_parent * parent_from_local),
             None => Self(parent_from_local),

@@ -7,7 +7,7 @@ use super::range;
 use crate::scene::reader::{Reader, Schema, record};
 use crate::scene::syntax::Node;
 use crate::scene::writer::Writer;
-use crate::world::{Cuboid, Plane, Polygon, Sphere, triangulate};
+use crate::world::{Cuboid, Plane, Polygon, Sphere, newell_normal, triangulate};
 
 /// The one shape an entity has. In the file the key says which: `sphere: (radius: 2)`.
 #[derive(Clone, Debug, PartialEq)]
@@ -145,17 +145,12 @@ pub fn flat_polygon(polygon: &Polygon) -> Result<(), String> {
     triangulate(polygon)?;
     let outer = &polygon.loops[0];
     let first = outer[0];
-    let normal: DVec3 = outer
-        .iter()
-        .zip(outer.iter().cycle().skip(1))
-        .map(|(&a, &b)| (a - first).cross(b - first))
-        .sum();
     let size = corners
         .iter()
         .map(|&c| (c - first).length())
         .fold(0.0, f64::max);
     // Hand-written coordinates have a few digits; a millionth of the size is below any of them.
-    let Some(normal) = normal.try_normalize() else {
+    let Some(normal) = newell_normal(outer).try_normalize() else {
         return Err("the polygon has no area".into());
     };
     let off = corners

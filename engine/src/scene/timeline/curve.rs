@@ -67,6 +67,19 @@ impl Curve {
         }
     }
 
+    /// The value of the key that is nearer to a time in seconds; of two, the later.
+    pub fn nearer_key(&self, secs: f64) -> Value {
+        let (i, t) = self.segment(self.local(secs));
+        let next = usize::from(t >= 0.5 && i + 1 < self.times.len());
+        match &self.values {
+            Values::Bool(v) => Value::Bool(v[i + next]),
+            Values::Number(v) => Value::Number(v[i + next]),
+            Values::Vec3(v) => Value::Vec3(v[i + next]),
+            Values::Euler(v) => Value::Rotation(Rotation::Euler(v[i + next]).quat()),
+            Values::Quat(v) => Value::Rotation(v[i + next]),
+        }
+    }
+
     fn span(&self) -> (f64, f64) {
         (self.times[0], self.times[self.times.len() - 1])
     }

@@ -3,14 +3,14 @@
 //! `GlobalTransform` is last frame's when the timeline runs, so world positions are composed here from the
 //! f64 transforms just written. A look depends on the rotations above its own entity and above its target;
 //! looks are sorted so that those come first. Where they depend on each other in a circle no order is
-//! right: [`cycle`] finds that at load.
+//! right; the loader reports that as a problem.
 
 use bevy_ecs::prelude::*;
 use glam::{DAffine3, DVec3};
 
 use super::{Ids, set_rotation, world_position};
 use crate::scene::schema::{LookAt, Path};
-use crate::world::{Shear, Transform};
+use crate::world::{Transform, world_from_local};
 
 /// An entity turned to what it looks at.
 #[derive(Debug)]
@@ -38,7 +38,7 @@ impl Look {
         };
         let eye = transform.translation;
         let parent = world.get::<ChildOf>(self.entity).map(ChildOf::parent);
-        let world_from_parent = parent.map_or(DAffine3::IDENTITY, |p| world_from_local(world, p));
+        let world_from_parent = parent.map_or(DAffine3::IDENTITY, |p| global(world, p));
         let parent_from_world = world_from_parent.inverse();
         let target = parent_from_world.transform_point3(target);
         let up = parent_from_world.transform_vector3(self.up);
@@ -48,21 +48,19 @@ impl Look {
     }
 }
 
-/// world_from_local of an entity, composed from its own and its ancestors' transforms.
-pub fn world_from_local(world: &World, entity: Entity) -> DAffine3 {
-    let mut result = DAffine3::IDENTITY;
-    let mut next = Some(entity);
-    while let Some(entity) = next {
-        let mut own = world
-            .get::<Transform>(entity)
-            .map_or(DAffine3::IDENTITY, Transform::affine);
-        if let Some(Shear(shear)) = world.get::<Shear>(entity) {
-            own *= *shear;
-        }
-        result = own * result;
-        next = world.get::<ChildOf>(entity).map(ChildOf::parent);
-    }
-    result
+/// An entity's ancestors, its parent first.
+fn above(world: &World, entity: Entity) -> impl Iterator<Item = Entity> {
+    let parent = |entity| world.get::<ChildOf>(entity).map(ChildOf::parent);
+    std::iter::successors(parent(entity), move |&entity| parent(entity))
+}
+
+/// world_from_local of an entity from this frame's transforms.
+pub fn global(world: &World, entity: Entity) -> DAffine3 {
+    world_from_local(
+        std::iter::once(entity)
+            .chain(above(world, entity))
+            .filter_map(|entity| Some((world.get(entity)?, world.get(entity)))),
+    )
 }
 
 /// The looks of all paths, each after those it depends on.
@@ -80,17 +78,12 @@ pub fn ordered(paths: &[Path], ids: &Ids, world: &World) -> Vec<Look> {
             })
         })
         .collect();
-    let above = |entity: Entity| {
-        std::iter::successors(world.get::<ChildOf>(entity).map(ChildOf::parent), |&e| {
-            world.get::<ChildOf>(e).map(ChildOf::parent)
-        })
-    };
     let needs: Vec<Vec<usize>> = looks
         .iter()
         .map(|look| {
-            let mut needed: Vec<Entity> = above(look.entity).collect();
+            let mut needed: Vec<Entity> = above(world, look.entity).collect();
             if let Target::Entity(target) = look.target {
-                needed.extend(above(target));
+                needed.extend(above(world, target));
             }
             (0..looks.len())
                 .filter(|&i| needed.contains(&looks[i].entity))

@@ -16,7 +16,7 @@ use std::collections::HashMap;
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 
-use super::fields::{self, Field, Value};
+use super::fields::{self, Field, FieldError, Value};
 use super::schema;
 use crate::time::Time;
 use crate::world::Transform;
@@ -85,16 +85,6 @@ impl Timeline {
             played: None,
         }
     }
-
-    /// Seconds until it starts again; none: it never does.
-    pub fn length(&self) -> Option<f64> {
-        self.source.length
-    }
-
-    /// Time of its last key.
-    pub fn last_key(&self) -> f64 {
-        last_key(&self.source)
-    }
 }
 
 /// Time of the last key of all.
@@ -127,14 +117,22 @@ fn pose(world: &mut World, timeline: &Timeline, secs: f64) {
         None => secs,
     };
     for track in &timeline.tracks {
-        // An entity that lost the component, or is gone, is left alone.
-        let _ = track.field.set(world, track.entity, &track.curve.at(secs));
+        write(world, track.field, track.entity, &track.curve, secs);
     }
     for path in &timeline.paths {
-        let _ = fields::position().set(world, path.entity, &path.curve.at(secs));
+        write(world, fields::position(), path.entity, &path.curve, secs);
     }
     for look in &timeline.looks {
         look.turn(world);
+    }
+}
+
+/// Writes a curve's value at a time. Where it overshoots what the field may hold, the nearer key, which
+/// was checked at load, stands in: to keep what is there would let the pose depend on the frame before.
+fn write(world: &mut World, field: &Field, entity: Entity, curve: &Curve, secs: f64) {
+    // An entity that lost the component, or is gone, is left alone.
+    if let Err(FieldError::BadValue { .. }) = field.set(world, entity, &curve.at(secs)) {
+        let _ = field.set(world, entity, &curve.nearer_key(secs));
     }
 }
 
@@ -147,7 +145,7 @@ fn set_rotation(world: &mut World, entity: Entity, pose: &Transform) {
 
 /// World position of an entity's origin from this frame's transforms.
 fn world_position(world: &World, entity: Entity) -> DVec3 {
-    look::world_from_local(world, entity).translation
+    look::global(world, entity).translation
 }
 
 #[cfg(test)]

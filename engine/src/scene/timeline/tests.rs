@@ -289,3 +289,34 @@ fn a_frame_at_the_same_time_writes_nothing() {
         Ok(Value::Number(9.0))
     );
 }
+
+/// A radius that a smooth curve carries below zero between its keys, and a moment when it is.
+const OVERSHOOTING: &str = "(version: 1,
+    entities: [(id: \"moon\", sphere: ())],
+    timeline: (tracks: [
+        (target: \"moon\", field: \"sphere.radius\", keys: [(0, 9), (1, 0.01, Smooth), (2, 0.01, Smooth), (3, 9, Smooth)]),
+    ]))";
+
+#[test]
+fn a_value_out_of_range_gives_way_to_the_nearer_key_however_the_frame_was_reached() {
+    let radius = |frames: &[u64]| {
+        let mut engine = Engine::new();
+        load_text(
+            &mut engine.world,
+            OVERSHOOTING,
+            std::path::Path::new("f.ron"),
+        )
+        .unwrap();
+        for &frame in frames {
+            engine.world.insert_resource(Clock::Frame(frame));
+            engine.frame();
+        }
+        let mut spheres = engine.world.query::<&crate::world::Sphere>();
+        spheres.single(&engine.world).unwrap().radius
+    };
+    let per_sec = Engine::new().world.resource::<Time>().frames_per_sec as u64;
+    let overshoot = per_sec * 3 / 2;
+    assert_eq!(radius(&[overshoot]), 0.01);
+    assert_eq!(radius(&[per_sec / 2, overshoot]), 0.01);
+    assert_eq!(radius(&[0, overshoot - 1, overshoot]), 0.01);
+}
