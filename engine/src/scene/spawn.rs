@@ -10,8 +10,8 @@ use super::schema::{self, Light, MeshFile, Shape};
 use super::timeline::{Ids, Timeline};
 use crate::import::Model;
 use crate::world::{
-    ActiveCamera, Background, Material, Mesh, MeshId, Meshes, PolygonMesh, SceneId, Surface,
-    TraceDepth, Transform, Visibility,
+    ActiveCamera, Background, Material, Mesh, MeshId, Meshes, SceneId, Surface, TraceDepth,
+    Transform, Visibility,
 };
 
 /// The mesh file an entity shows. One part stands on the entity itself, several on children that are
@@ -62,19 +62,13 @@ pub fn unload(world: &mut World) {
     world.insert_resource(SceneRoots::default());
 }
 
-/// Meshes that entities show: those of the scene, or all.
+/// Meshes of files that entities show: those of the scene, or all. Polygons free their own.
 fn used_meshes(world: &mut World, of_scene: bool) -> HashSet<MeshId> {
-    let mut query = world.query::<(
-        Option<&Mesh>,
-        Option<&PolygonMesh>,
-        Has<SceneId>,
-        Has<Imported>,
-    )>();
+    let mut query = world.query::<(&Mesh, Has<SceneId>, Has<Imported>)>();
     query
         .iter(world)
-        .filter(|(.., scene, imported)| !of_scene || *scene || *imported)
-        .flat_map(|(mesh, polygon, ..)| [mesh.map(|m| m.0), polygon.map(|p| p.0)])
-        .flatten()
+        .filter(|(_, scene, imported)| !of_scene || *scene || *imported)
+        .map(|(mesh, ..)| mesh.0)
         .collect()
 }
 

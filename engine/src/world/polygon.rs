@@ -13,7 +13,12 @@ pub fn triangulate_polygons(
     mut commands: Commands,
     mut meshes: ResMut<Meshes>,
     polygons: Query<(Entity, &Polygon, Option<&PolygonMesh>), Changed<Polygon>>,
+    mut removed: RemovedComponents<Polygon>,
+    left_over: Query<(), (With<PolygonMesh>, Without<Polygon>)>,
 ) {
+    for entity in removed.read().filter(|&entity| left_over.contains(entity)) {
+        commands.entity(entity).remove::<PolygonMesh>();
+    }
     for (entity, polygon, mesh) in &polygons {
         let data = triangulate(polygon).unwrap_or_else(|why| {
             tracing::warn!("polygon of {entity} draws nothing: {why}");

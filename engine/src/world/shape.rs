@@ -2,11 +2,13 @@
 //!
 //! All are in the entity's local space and two-sided. A sphere under a general transform is an ellipsoid.
 
+use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
+use bevy_ecs::world::DeferredWorld;
 use bevy_reflect::prelude::*;
 use glam::DVec3;
 
-use super::{MeshId, Transform, Visibility};
+use super::{MeshId, Meshes, Transform, Visibility};
 
 /// The material of a shape: an entity that carries a [`super::Material`].
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
@@ -98,6 +100,16 @@ impl Default for Polygon {
 }
 
 /// The triangles a [`Polygon`] was cut into; written by [`super::triangulate_polygons`] only.
+///
+/// It owns its row of [`Meshes`]: when it goes, by removal or with its entity, the row is free.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 #[reflect(Component, Clone, PartialEq)]
+#[component(on_discard = free_row)]
 pub struct PolygonMesh(pub MeshId);
+
+fn free_row(mut world: DeferredWorld, context: HookContext) {
+    let mesh = world.get::<PolygonMesh>(context.entity).copied();
+    if let (Some(PolygonMesh(id)), Some(mut meshes)) = (mesh, world.get_resource_mut::<Meshes>()) {
+        meshes.remove(id);
+    }
+}
