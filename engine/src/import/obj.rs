@@ -25,7 +25,7 @@ pub fn import_obj(path: &Path) -> Result<Model, String> {
     let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
     // Some exporters write Latin-1 names; geometry is ASCII.
     let text = String::from_utf8_lossy(&bytes);
-    // tobj 4.0 panics on some malformed lines (a colour of two numbers); what it unwinds through is ours.
+    // What is known to make tobj 4.0 panic is taken out first; what is not must not end the program.
     catch_unwind(AssertUnwindSafe(|| read(&plain(&text), path)))
         .unwrap_or_else(|_| Err("it is not a valid OBJ file (the reader gave up)".into()))
 }
@@ -113,7 +113,7 @@ fn load_materials(
             return Default::default();
         }
     };
-    let text = String::from_utf8_lossy(&bytes);
+    let text = plain_materials(&String::from_utf8_lossy(&bytes), name, warnings);
     match catch_unwind(AssertUnwindSafe(|| {
         tobj::load_mtl_buf(&mut text.as_bytes())
     })) {
@@ -132,45 +132,44 @@ fn load_materials(
     }
 }
 
+/// The text without colours that are not three numbers, at which tobj 4.0 panics. One number stands for
+/// three (as the format has it); other counts are left out with a warning.
+fn plain_materials(text: &str, name: &Path, warnings: &mut Vec<String>) -> String {
+    let mut plain = String::with_capacity(text.len());
+    for (i, line) in text.lines().enumerate() {
+        let words: Vec<&str> = line.split_whitespace().take(4).collect();
+        match words.as_slice() {
+            [key @ ("Ka" | "Kd" | "Ks" | "Ke"), value] => {
+                plain.push_str(&format!("{key} {value} {value} {value}"));
+            }
+            [key @ ("Ka" | "Kd" | "Ks" | "Ke")] | [key @ ("Ka" | "Kd" | "Ks" | "Ke"), _, _] => {
+                warnings.push(format!(
+                    "line {} of material file {} is left out: `{key}` needs one number or three",
+                    i + 1,
+                    name.display()
+                ));
+            }
+            _ => plain.push_str(line),
+        }
+        plain.push('\n');
+    }
+    plain
+}
+
 /// A corner of a face: vertex and normal.
 type Corner = (u32, Option<u32>);
 
 fn mesh_of(source: &tobj::Model, warnings: &mut Vec<String>) -> Result<MeshData, String> {
     let mesh = &source.mesh;
-    let positions: Vec<DVec3> = mesh
-        .positions
-        .chunks_exact(3)
-        .map(DVec3::from_slice)
-        .collect();
-    let normals: Vec<DVec3> = mesh
-        .normals
-        .chunks_exact(3)
-        .map(DVec3::from_slice)
-        .collect();
-    // With one index for all, tobj leaves the list of normal indices empty.
-    let with_normals = !normals.is_empty() && mesh.normal_indices.len() == mesh.indices.len();
-    let corner = |i: usize| -> Corner {
-        let normal = with_normals.then(|| mesh.normal_indices[i]);
-        (mesh.indices[i], normal)
+    let points = |flat: &[f64]| -> Vec<DVec3> {
+        let (points, _) = flat.as_chunks::<3>();
+        points.iter().copied().map(DVec3::from_array).collect()
     };
+    let positions = points(&mesh.positions);
+    let normals = points(&mesh.normals);
     let mut weld = Weld::default();
     let mut triangles = Vec::new();
-    let mut first = 0;
-    let faces = if mesh.face_arities.is_empty() {
-        vec![3; mesh.indices.len() / 3]
-    } else {
-        mesh.face_arities.clone()
-    };
-    for arity in faces {
-        let range = first..first + arity as usize;
-        first = range.end;
-        if range.end > mesh.indices.len() {
-            return Err(format!(
-                "a face of `{}` has fewer corners than it says",
-                source.name
-            ));
-        }
-        let corners: Vec<Corner> = range.map(corner).collect();
+    for corners in faces(source)? {
         match cut(&corners, &positions) {
             Ok(cut) => {
                 for triangle in cut {
@@ -187,11 +186,7 @@ fn mesh_of(source: &tobj::Model, warnings: &mut Vec<String>) -> Result<MeshData,
             Err(_) => {}
         }
     }
-    let mut normals = if with_normals {
-        weld.normals
-    } else {
-        Vec::new()
-    };
+    let mut normals = weld.normals;
     if normals.contains(&Vec3::ZERO) {
         warnings.push(format!(
             "the normals of `{}` are left out: one has no direction",
@@ -200,6 +195,35 @@ fn mesh_of(source: &tobj::Model, warnings: &mut Vec<String>) -> Result<MeshData,
         normals.clear();
     }
     MeshData::new(source.name.clone(), weld.vertices, normals, triangles)
+}
+
+/// The corners of each face; all with a normal, or none.
+fn faces(source: &tobj::Model) -> Result<Vec<Vec<Corner>>, String> {
+    let mesh = &source.mesh;
+    // With one index for all, tobj leaves the list of normal indices empty.
+    let with_normals = !mesh.normals.is_empty() && mesh.normal_indices.len() == mesh.indices.len();
+    let corner = |i: usize| -> Corner {
+        let normal = with_normals.then(|| mesh.normal_indices[i]);
+        (mesh.indices[i], normal)
+    };
+    let arities = if mesh.face_arities.is_empty() {
+        vec![3; mesh.indices.len() / 3]
+    } else {
+        mesh.face_arities.clone()
+    };
+    let mut first = 0;
+    let face = |arity: u32| {
+        let range = first..first + arity as usize;
+        first = range.end;
+        if range.end > mesh.indices.len() {
+            return Err(format!(
+                "a face of `{}` has fewer corners than it says",
+                source.name
+            ));
+        }
+        Ok(range.map(corner).collect())
+    };
+    arities.into_iter().map(face).collect()
 }
 
 /// Vertices in the order of their first use, one a pair of position and normal.

@@ -14,12 +14,12 @@ fn a_concave_face_is_cut_to_its_area_with_its_winding() {
     let total: DVec3 = mesh
         .triangles
         .iter()
-        .map(|t| area(&t.map(|i| mesh.vertices[i as usize])))
+        .map(|t| newell_normal(&t.map(|i| mesh.vertices[i as usize])))
         .sum();
     let unsigned: f64 = mesh
         .triangles
         .iter()
-        .map(|t| area(&t.map(|i| mesh.vertices[i as usize])).length())
+        .map(|t| newell_normal(&t.map(|i| mesh.vertices[i as usize])).length())
         .sum();
     assert_eq!(mesh.triangles.len(), 2);
     assert!(
@@ -132,4 +132,23 @@ fn colours_on_some_vertices_and_continued_lines_are_read() {
     let text = "v 0 0 0 1 0 0\nv 1 0 0\nv 1 1 \\\n0\nusemtl\nf 1 2 \\\r\n3\n";
     let mesh = &import(text).unwrap().parts[0].mesh;
     assert_eq!(mesh.vertices[2], DVec3::new(1.0, 1.0, 0.0));
+}
+
+#[test]
+fn colours_of_materials_that_are_not_three_numbers_do_not_reach_the_reader() {
+    let text = "newmtl a\nKd 0.5\nKs 1 2\nKe\nKa 1 2 3\nKd x y\nnewmtl b\n Kd 0.1 0.2 0.3 4\n";
+    let mut warnings = Vec::new();
+    let plain = plain_materials(text, Path::new("a.mtl"), &mut warnings);
+    // Without a net: tobj itself must not panic.
+    let (materials, _) = tobj::load_mtl_buf(&mut plain.as_bytes()).unwrap();
+    assert_eq!(materials[0].diffuse, Some([0.5; 3]));
+    assert_eq!(materials[0].ambient, Some([1.0, 2.0, 3.0]));
+    assert_eq!(materials[0].specular, None);
+    assert_eq!(materials[1].diffuse, Some([0.1, 0.2, 0.3]));
+    assert_eq!(warnings.len(), 3, "{warnings:#?}");
+    assert!(
+        warnings[0].starts_with("line 3 of material file a.mtl"),
+        "{}",
+        warnings[0]
+    );
 }
