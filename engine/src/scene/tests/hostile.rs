@@ -1,6 +1,11 @@
 //! Broken and hostile files end in problems, quickly, and never in a panic.
 
+use glam::UVec2;
+
 use super::*;
+use crate::frame::TraceSettings;
+use crate::trace::ActiveTracer;
+use crate::trace::cpu::CpuTracer;
 
 /// Scene files with pieces moved, doubled, cut out and replaced by chance.
 fn mutated(text: &str, chance: &mut Chance) -> String {
@@ -41,6 +46,28 @@ fn mutated(text: &str, chance: &mut Chance) -> String {
     String::from_utf8_lossy(&bytes).into_owned()
 }
 
+/// A scene file with a few numbers of any size in place of its own.
+fn with_wild_numbers(text: &str, chance: &mut Chance) -> String {
+    let mut text = text.to_owned();
+    for _ in 0..1 + chance.below(4) {
+        let starts: Vec<usize> = text
+            .match_indices([' ', '('])
+            .map(|(at, _)| at + 1)
+            .filter(|&at| text[at..].starts_with(|c: char| c.is_ascii_digit() || c == '-'))
+            .collect();
+        if starts.is_empty() {
+            break;
+        }
+        let start = starts[chance.below(starts.len())];
+        let length = text[start..].find([',', ')', ' ', '\n']).unwrap_or(0);
+        let wild = [
+            "0", "-3", "1e-40", "1e8", "1e18", "1e40", "-1e200", "1e-300",
+        ];
+        text.replace_range(start..start + length, wild[chance.below(wild.len())]);
+    }
+    text
+}
+
 #[test]
 fn mutated_scenes_never_panic() {
     let folder = assets();
@@ -52,17 +79,27 @@ fn mutated_scenes_never_panic() {
     files.sort();
     assert!(!files.is_empty(), "no scene in {}", folder.display());
     let mut chance = Chance(42);
-    let mut world = World::new();
+    let mut engine = Engine::new();
+    engine.world.resource_mut::<TraceSettings>().size = UVec2::new(4, 3);
+    engine.world.resource_mut::<ActiveTracer>().0 = Some(Box::new(CpuTracer::new()));
+    let mut loaded = 0;
     for file in files {
         let text = std::fs::read_to_string(&file).unwrap();
-        for _ in 0..200 {
-            let broken = mutated(&text, &mut chance);
+        for round in 0..200 {
+            let broken = match round % 2 {
+                0 => mutated(&text, &mut chance),
+                _ => with_wild_numbers(&text, &mut chance),
+            };
             // The folder is another, so that meshes are not read thousands of times.
-            if load_text(&mut world, &broken, Path::new("nowhere/f.ron")).is_ok() {
-                save(&mut world);
+            let path = Path::new("nowhere/f.ron");
+            if load_text(&mut engine.world, &broken, path).is_ok() {
+                engine.frame();
+                save(&mut engine.world);
+                loaded += 1;
             }
         }
     }
+    assert!(loaded > 50, "only {loaded} of the broken scenes loaded");
 }
 
 #[test]
