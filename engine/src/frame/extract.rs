@@ -4,6 +4,7 @@ use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
 use bevy_ecs::prelude::*;
 use glam::{DAffine3, DVec3};
 
+use super::overview::overview;
 use super::{
     Features, FrameScene, Instance, Light, LightKind, Shape, TraceSettings, View, ViewProjection,
 };
@@ -12,7 +13,7 @@ use crate::schedule::FrameSet;
 use crate::world::{
     ActiveCamera, Background, Camera, Cuboid, DirectionalLight, FARTHEST, GlobalTransform,
     GlobalVisibility, Material, Mesh, Meshes, Plane, PointLight, PolygonMesh, Projection, Sphere,
-    SpotLight, Surface, TraceDepth,
+    SpotLight, Surface, TraceDepth, picture_camera,
 };
 
 /// Adds extraction.
@@ -24,6 +25,7 @@ pub fn plugin(engine: &mut Engine) {
             extract_materials,
             extract_meshes,
             vacate_removed,
+            relink_materials,
             extract_instances,
             extract_lights,
             extract_view,
@@ -39,19 +41,34 @@ struct Rows {
     instances: EntityHashMap<u32>,
     vacant: Vec<u32>,
     materials: EntityHashMap<u32>,
+    vacant_materials: Vec<u32>,
+    /// Materials that got or lost their row in this frame; shapes that name them are written anew.
+    relinked: EntityHashSet,
     /// Entities already reported for a transform that cannot be inverted.
     singular: EntityHashSet,
 }
 
 impl Rows {
+    /// The row of a material that is there; a vacant one or a new one if it has none yet.
     fn material_row(&mut self, scene: &mut FrameScene, entity: Entity) -> u32 {
-        if scene.materials.is_empty() {
-            scene.materials.push(Material::default());
+        if let Some(&row) = self.materials.get(&entity) {
+            return row;
         }
-        *self.materials.entry(entity).or_insert_with(|| {
+        let row = self.vacant_materials.pop().unwrap_or_else(|| {
             scene.materials.push(Material::default());
             scene.materials.len() as u32 - 1
-        })
+        });
+        self.materials.insert(entity, row);
+        self.relinked.insert(entity);
+        row
+    }
+
+    fn vacate_material(&mut self, scene: &mut FrameScene, entity: Entity) {
+        if let Some(row) = self.materials.remove(&entity) {
+            scene.materials[row as usize] = Material::default();
+            self.vacant_materials.push(row);
+            self.relinked.insert(entity);
+        }
     }
 
     fn instance_row(&mut self, scene: &mut FrameScene, entity: Entity, row: Instance) {
@@ -76,15 +93,15 @@ fn extract_materials(
     mut scene: ResMut<FrameScene>,
     mut rows: ResMut<Rows>,
     mut removed: RemovedComponents<Material>,
+    materials: Query<(), With<Material>>,
     changed: Query<(Entity, &Material), Changed<Material>>,
 ) {
+    rows.relinked.clear();
     if scene.materials.is_empty() {
         scene.materials.push(Material::default());
     }
-    for entity in removed.read() {
-        if let Some(&row) = rows.materials.get(&entity) {
-            scene.materials[row as usize] = Material::default();
-        }
+    for entity in removed.read().filter(|&entity| !materials.contains(entity)) {
+        rows.vacate_material(&mut scene, entity);
     }
     for (entity, material) in &changed {
         let row = rows.material_row(&mut scene, entity);
@@ -159,6 +176,25 @@ fn vacate_removed(
     }
 }
 
+/// Writes the shapes whose material got or lost its row, which the shapes themselves do not show.
+fn relink_materials(
+    mut scene: ResMut<FrameScene>,
+    mut rows: ResMut<Rows>,
+    shapes: Query<ShapeParts, (AnyShape, With<Surface>)>,
+) {
+    if rows.relinked.is_empty() {
+        return;
+    }
+    for parts in &shapes {
+        if parts
+            .3
+            .is_some_and(|surface| rows.relinked.contains(&surface.0))
+        {
+            write_instance(&mut scene, &mut rows, parts);
+        }
+    }
+}
+
 fn extract_instances(
     mut scene: ResMut<FrameScene>,
     mut rows: ResMut<Rows>,
@@ -208,7 +244,9 @@ fn write_instance(scene: &mut FrameScene, rows: &mut Rows, parts: ShapeParts) {
             Shape::Vacant
         },
         world_from_local: transform.0,
-        material: surface.map_or(0, |surface| rows.material_row(scene, surface.0)),
+        material: surface
+            .and_then(|surface| rows.materials.get(&surface.0).copied())
+            .unwrap_or(0),
     };
     rows.instance_row(scene, entity, row);
 }
@@ -293,16 +331,19 @@ fn extract_view(
 ) {
     scene.background = background.0;
     scene.max_generations = settings.max_generations.unwrap_or(depth.0);
-    let chosen = active.0.and_then(|entity| cameras.get(entity).ok());
-    let camera = chosen.or_else(|| cameras.iter().filter(|c| c.3.0).min_by_key(|c| c.0));
-    if let Some((_, camera, transform, _)) = camera {
-        let aspect = f64::from(settings.size.x) / f64::from(settings.size.y);
-        scene.view = view_of(camera, transform.0, aspect);
-    }
+    let aspect = f64::from(settings.size.x) / f64::from(settings.size.y);
+    let shown = cameras
+        .iter()
+        .map(|(entity, .., visible)| (entity, visible.0));
+    let chosen = picture_camera(*active, shown).and_then(|entity| cameras.get(entity).ok());
+    scene.view = match chosen {
+        Some((_, camera, transform, _)) => view_of(camera, transform.0, aspect),
+        None => overview(&scene, aspect),
+    };
 }
 
 /// The spanned view of a camera at a pose; scale and shear of the pose do not count.
-fn view_of(camera: &Camera, world_from_local: DAffine3, aspect: f64) -> View {
+pub(super) fn view_of(camera: &Camera, world_from_local: DAffine3, aspect: f64) -> View {
     let (_, rotation, origin) = world_from_local.to_scale_rotation_translation();
     let (height, projection) = match camera.projection {
         Projection::Perspective { vertical_fov } => (

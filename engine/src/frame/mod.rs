@@ -2,6 +2,7 @@
 
 mod extract;
 mod features;
+mod overview;
 mod scene;
 mod settings;
 pub mod wire;
@@ -18,3 +19,6 @@ pub fn plugin(engine: &mut Engine) {
     engine.world.init_resource::<TraceSettings>();
     extract::plugin(engine);
 }
+
+#[cfg(test)]
+mod tests;
