@@ -242,7 +242,9 @@ impl<'n, 'a> Fields<'n, 'a> {
 /// `"name" => field: SchemaType` converts by `From` both ways; `, check` refuses values out of range. A
 /// field equal to its default, bit for bit, is not written.
 macro_rules! record {
-    ($what:literal, $type:ty { $($name:literal => $field:ident: $schema:ty $(, $check:path)?;)* }) => {
+    ($what:literal, $type:ty {
+        $($name:literal => $field:ident: $schema:ty $(, $check:path)?;)*
+    } $(, $whole:path)?) => {
         impl $crate::scene::reader::Schema for $type {
             fn read(
                 reader: &mut $crate::scene::reader::Reader,
@@ -257,6 +259,7 @@ macro_rules! record {
                         value.$field = read.into();
                     }
                 )*
+                $($whole(reader, &fields, &value)?;)?
                 Some(value)
             }
 

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::problem::{Place, Problems, RawProblem, Report, Summary, locate, nearest};
 use super::reader::{Reader, Schema};
-use super::schema::{At, Entity, LookAt, MeshFile, Scene, Shape};
+use super::schema::{self, At, Entity, Light, LookAt, MeshFile, Scene, Shape};
 use super::syntax;
 use super::timeline::last_key;
 use crate::import::{Model, import_obj, smooth};
@@ -60,6 +60,9 @@ pub fn resolve(text: &str, path: &Path) -> (Resolved, Report) {
     resolver.summary.materials = scene.materials.len();
     resolver.summary.tracks = scene.timeline.tracks.len() + scene.timeline.paths.len();
     resolver.summary.timeline_secs = scene.timeline.length.unwrap_or(last_key(&scene.timeline));
+    if resolver.reader.problems.is_empty() {
+        resolver.warn_of_darkness(&scene);
+    }
     let report = Report {
         problems: Problems(locate(resolver.reader.problems, text, path)),
         warnings: locate(resolver.warnings, text, path),
@@ -88,6 +91,36 @@ struct Resolver {
 }
 
 impl Resolver {
+    /// Warns of what makes the picture arbitrary or black: no camera, nothing that shines.
+    fn warn_of_darkness(&mut self, scene: &Scene) {
+        let mut warn = |what: &str, expected: &str| {
+            self.warnings.push(RawProblem {
+                place: Place::default(),
+                what: what.into(),
+                expected: Some(expected.into()),
+                suggestion: None,
+            });
+        };
+        if self.summary.cameras == 0 {
+            warn(
+                "there is no camera, so the picture shows the whole scene from one side",
+                "an entity with `camera: ()`",
+            );
+        }
+        let own = scene.materials.iter().map(|(_, material)| material);
+        let models = self.models.values().flat_map(|model| &model.materials);
+        let imported = models.map(|(_, material)| material);
+        let keyed = |track: &schema::Track| track.field.value == "material.emission";
+        let glows = own.chain(imported).any(|material| material.emission > 0.0)
+            || scene.timeline.tracks.iter().any(keyed);
+        if self.summary.lights == 0 && !glows {
+            warn(
+                "there is no light and no material with emission, so all shapes are black",
+                "an entity with `light: Point()`, or a material with `emission`",
+            );
+        }
+    }
+
     /// Collects ids, and reports those that are there twice.
     fn gather(&mut self, entities: &[Entity], above: &mut Vec<String>) {
         for entity in entities {
@@ -254,7 +287,44 @@ impl Resolver {
                 );
             }
         }
+        self.find_overwritten(scene);
         self.find_cycles(scene);
+    }
+
+    /// Reports tracks and paths that do nothing, because a path writes the same field later in the frame.
+    fn find_overwritten(&mut self, scene: &Scene) {
+        let paths = &scene.timeline.paths;
+        for track in &scene.timeline.tracks {
+            let target = &track.target.value;
+            let overwrites = |path: &schema::Path| match track.field.value.as_str() {
+                "transform.translation" => true,
+                "transform.rotation" => path.look_at.is_some(),
+                _ => false,
+            };
+            if paths
+                .iter()
+                .any(|path| path.target.value == *target && overwrites(path))
+            {
+                let field = &track.field.value;
+                self.reader.report_at(
+                    track.field.place.clone(),
+                    format!("a path of `{target}` overwrites `{field}` in every frame"),
+                    Some("the track or the path, not both".into()),
+                    None,
+                );
+            }
+        }
+        for (i, path) in paths.iter().enumerate() {
+            let target = &path.target;
+            if paths[..i].iter().any(|p| p.target.value == target.value) {
+                self.reader.report_at(
+                    target.place.clone(),
+                    format!("a path before moves `{}` already", target.value),
+                    Some("one path an entity".into()),
+                    None,
+                );
+            }
+        }
     }
 
     /// Reports a field of a component that the entity does not have.
@@ -276,6 +346,15 @@ impl Resolver {
                 field.place.clone(),
                 format!("`{id}` has no {component}, so no field `{}`", field.value),
                 Some(format!("a {component} on `{id}`, or another field")),
+                None,
+            );
+        } else if let Some(light) = &entity.light
+            && let Some(kind) = without_field(light, &field.value)
+        {
+            self.reader.report_at(
+                field.place.clone(),
+                format!("the {kind} light of `{id}` has no field `{}`", field.value),
+                Some("a light that has it, or another field".into()),
                 None,
             );
         }
@@ -314,6 +393,17 @@ impl Resolver {
                 None,
             );
         }
+    }
+}
+
+/// The light's kind if it has not this field of lights.
+fn without_field(light: &Light, field: &str) -> Option<&'static str> {
+    let fades = field.starts_with("light.fade.");
+    let opens = matches!(field, "light.inner_angle" | "light.outer_angle");
+    match light {
+        Light::Directional(_) if fades || opens => Some("directional"),
+        Light::Point(_) if opens => Some("point"),
+        _ => None,
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::primitive::Color;
 use super::range;
-use crate::scene::reader::{Reader, Schema, record};
+use crate::scene::reader::{Fields, Reader, Schema, record};
 use crate::scene::syntax::{Kind, Node};
 use crate::scene::writer::Writer;
 use crate::world::{Lobe, Material, Reflection};
@@ -22,7 +22,27 @@ record!("a material", Material {
     "transmit" => transmit: f32, range::share;
     "filter" => filter: f32, range::share;
     "ior" => ior: f64, range::positive;
-});
+}, shares);
+
+/// What is let through is a share of the light: the two parts are no more than all of it.
+fn shares(reader: &mut Reader, fields: &Fields, material: &Material) -> Option<()> {
+    let Material {
+        transmit, filter, ..
+    } = *material;
+    // Tenths in f32 may add up to a rounding error more than 1.
+    if transmit + filter <= 1.0 + 1e-6 {
+        return Some(());
+    }
+    let (step, entry) = match (fields.get("filter"), fields.get("transmit")) {
+        (Some(filter), _) => (".filter", filter.value.at),
+        (None, transmit) => (".transmit", transmit.map_or(fields.at, |t| t.value.at)),
+    };
+    reader.within(step, |reader| {
+        let found = format!("found transmit {transmit} and filter {filter}");
+        reader.expected(entry, found, "a sum of at most 1");
+    });
+    None
+}
 
 impl Schema for Reflection {
     fn read(reader: &mut Reader, node: &Node) -> Option<Self> {

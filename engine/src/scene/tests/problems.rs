@@ -212,6 +212,85 @@ fn timelines_are_checked() {
 }
 
 #[test]
+fn tracks_that_can_do_nothing_are_problems() {
+    let scene = |light: &str, timeline: &str| {
+        format!("(version: 1, entities: [(id: \"a\", light: {light})],\ntimeline: ({timeline}))")
+    };
+    let track = |light: &str, field: &str| {
+        let text = format!("tracks: [(target: \"a\", field: \"{field}\", keys: [(0, 1)])]");
+        scene(light, &text)
+    };
+    for (light, field, kind) in [
+        ("Directional()", "light.fade.power", "directional"),
+        ("Directional()", "light.fade.distance", "directional"),
+        ("Directional()", "light.inner_angle", "directional"),
+        ("Point()", "light.outer_angle", "point"),
+    ] {
+        let what = format!("the {kind} light of `a` has no field `{field}`");
+        one(
+            &track(light, field),
+            "2:42: timeline.tracks[0].field",
+            &[&what],
+        );
+    }
+    for (light, field) in [
+        ("Point()", "light.fade.power"),
+        ("Spot()", "light.inner_angle"),
+        ("Directional()", "light.intensity"),
+    ] {
+        assert_eq!(problems(&track(light, field)), [""; 0]);
+    }
+    let path = "paths: [(target: \"a\", look_at: (0, 0, 9), keys: [(0, (0, 0, 0))])]";
+    let with = |field: &str, value: &str| {
+        let track = format!("(target: \"a\", field: \"{field}\", keys: [(0, {value})])");
+        scene("Point()", &format!("tracks: [{track}], {path}"))
+    };
+    let what = "a path of `a` overwrites";
+    one(&with("transform.translation", "(1, 0, 0)"), "2:42", &[what]);
+    one(
+        &with("transform.rotation", "Euler(0, 9, 0)"),
+        "2:42",
+        &[what],
+    );
+    assert_eq!(problems(&with("transform.scale", "(1, 2, 1)")), [""; 0]);
+    let twice = "paths: [(target: \"a\", keys: [(0, (0, 0, 0))]),
+(target: \"a\", keys: [(0, (1, 0, 0))])]";
+    one(
+        &scene("Point()", twice),
+        "3:10: timeline.paths[1].target",
+        &["one path an entity"],
+    );
+}
+
+#[test]
+fn more_than_all_light_let_through_is_a_problem() {
+    let material = |body: &str| format!("(version: 1, materials: {{\"a\": ({body})}})");
+    one(
+        &material("transmit: 1, filter: 1"),
+        "1:53: materials[\"a\"].filter: found transmit 1 and filter 1",
+        &["expected a sum of at most 1"],
+    );
+    assert_eq!(problems(&material("transmit: 0.7, filter: 0.3")), [""; 0]);
+}
+
+#[test]
+fn a_scene_without_a_camera_or_light_is_warned_of() {
+    let warnings = |text: &str| -> Vec<String> {
+        let report = check_text(text, Path::new("f.ron"));
+        assert_eq!(report.problems.0, []);
+        report.warnings.into_iter().map(|w| w.what).collect()
+    };
+    let found = warnings("(version: 1, entities: [(sphere: ())])");
+    assert_eq!(found.len(), 2, "{found:#?}");
+    assert!(found[0].contains("no camera"), "{}", found[0]);
+    assert!(found[1].contains("no light"), "{}", found[1]);
+    let lit = "(version: 1, entities: [(camera: ()), (light: Point())])";
+    assert_eq!(warnings(lit), [""; 0]);
+    let glowing = "(version: 1, materials: {\"a\": (emission: 1)}, entities: [(camera: ())])";
+    assert_eq!(warnings(glowing), [""; 0]);
+}
+
+#[test]
 fn looks_that_turn_their_own_target_are_a_cycle() {
     let text = "(version: 1,
         entities: [(id: \"a\", children: [(id: \"b\", transform: (translation: (1, 0, 0)))])],

@@ -50,6 +50,7 @@ fn lobe(chance: &mut Chance) -> Option<Lobe> {
 }
 
 fn material(chance: &mut Chance) -> Material {
+    let transmit = share(chance);
     Material {
         color: color(chance),
         diffuse: share(chance),
@@ -62,8 +63,8 @@ fn material(chance: &mut Chance) -> Material {
             2 => Reflection::Constant(Vec3::splat(share(chance))),
             _ => Reflection::Constant(color(chance)),
         },
-        transmit: share(chance),
-        filter: share(chance),
+        transmit,
+        filter: share(chance) * (1.0 - transmit),
         ior: size(chance),
     }
 }
@@ -214,14 +215,19 @@ fn timeline(chance: &mut Chance, ids: &[String]) -> s::Timeline {
             });
         }
     }
+    // A look and a track of the rotation would both turn the entity.
+    let turned = |id: &String| {
+        let mut tracks = tracks.iter();
+        tracks.any(|track| track.target.value == *id && track.field.value == "transform.rotation")
+    };
     let paths = ids.iter().take(chance.below(2)).map(|id| s::Path {
         target: id.clone().into(),
         keys: keys(chance, |chance| KeyValue::Vec3(vector(chance))),
-        look_at: chance.one_in(2).then(|| LookAt::Point(vector(chance))),
+        look_at: (!turned(id) && chance.one_in(2)).then(|| LookAt::Point(vector(chance))),
         up: vector(chance) + DVec3::splat(0.5e8),
         repeat: repeat(chance),
     });
-    let paths = paths.collect();
+    let paths = paths.collect::<Vec<_>>();
     s::Timeline {
         length: chance.one_in(2).then(|| size(chance)),
         tracks,
