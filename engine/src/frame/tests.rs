@@ -153,7 +153,7 @@ impl Trial {
     }
 
     /// World pose and visibility, computed from the root down.
-    fn from_scratch(&self, entity: Entity) -> (DAffine3, bool) {
+    fn recomputed(&self, entity: Entity) -> (DAffine3, bool) {
         let world = &self.engine.world;
         let mut own = world.get::<Transform>(entity).unwrap().affine();
         if let Some(Shear(shear)) = world.get::<Shear>(entity) {
@@ -162,7 +162,7 @@ impl Trial {
         let shown = world.get::<Visibility>(entity).unwrap().shown;
         match world.get::<ChildOf>(entity).map(ChildOf::parent) {
             Some(parent) => {
-                let (above, all_shown) = self.from_scratch(parent);
+                let (above, all_shown) = self.recomputed(parent);
                 (above * own, all_shown && shown)
             }
             None => (own, shown),
@@ -199,7 +199,7 @@ impl Trial {
             assert!(twin.is_none(), "{context}: two rows of one entity");
         }
         for &entity in &self.entities {
-            let (pose, shown) = self.from_scratch(entity);
+            let (pose, shown) = self.recomputed(entity);
             assert_eq!(
                 world.get::<GlobalTransform>(entity).unwrap().0,
                 pose,
