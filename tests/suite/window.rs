@@ -3,6 +3,7 @@
 use std::io::{BufRead, BufReader};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use image::RgbImage;
@@ -31,6 +32,17 @@ impl Drop for Killed {
         // It may have ended by itself, which is as good.
         let _ = self.0.kill();
         let _ = self.0.wait();
+    }
+}
+
+/// A screen's number and server; a server that is killed leaves its socket behind.
+struct Screen(u32, Killed);
+
+impl Drop for Screen {
+    fn drop(&mut self) {
+        // Both may be gone already, which is as good.
+        let _ = self.1.0.kill();
+        let _ = std::fs::remove_file(format!("/tmp/.X11-unix/X{}", self.0));
     }
 }
 
@@ -63,9 +75,14 @@ fn wait_for<T>(what: &str, mut ask: impl FnMut() -> Option<T>) -> T {
     }
 }
 
-/// A screen of its own, on a display number that was free.
-fn screen() -> (Killed, String) {
+/// A screen of its own. Servers that look for a free display number at the same time take each other's, so
+/// the number comes from this process and counts up.
+fn screen() -> (Screen, String) {
+    static SCREENS: AtomicU32 = AtomicU32::new(0);
+    let count = SCREENS.fetch_add(1, Ordering::Relaxed);
+    let number = 1000 + (std::process::id() * 8 + count) % 50_000;
     let mut xvfb = Command::new("Xvfb")
+        .arg(format!(":{number}"))
         .args([
             "-displayfd",
             "1",
@@ -74,6 +91,8 @@ fn screen() -> (Killed, String) {
             "800x600x24",
             "-nolisten",
             "tcp",
+            // Else it starts over, deaf for a moment, whenever a hand lets go of it.
+            "-noreset",
         ])
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
@@ -81,11 +100,12 @@ fn screen() -> (Killed, String) {
         .map(Killed)
         .expect("Xvfb starts (Debian: apt install xvfb; tests/run does it)");
     let stdout = xvfb.0.stdout.take().expect("stdout is piped");
-    let mut number = String::new();
+    let mut ready = String::new();
     BufReader::new(stdout)
-        .read_line(&mut number)
-        .expect("Xvfb writes its display number");
-    (xvfb, format!(":{}", number.trim()))
+        .read_line(&mut ready)
+        .expect("Xvfb writes its display number once it is ready");
+    assert_eq!(ready.trim(), number.to_string(), "Xvfb has no display");
+    (Screen(number, xvfb), format!(":{number}"))
 }
 
 fn xdotool(display: &str, arguments: &[&str]) -> Option<String> {
@@ -120,7 +140,7 @@ struct Player {
     display: String,
     window: String,
     shots: PathBuf,
-    _screen: Killed,
+    _screen: Screen,
     _folder: Folder,
 }
 
