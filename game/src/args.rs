@@ -13,6 +13,8 @@ use crate::pattern::Pattern;
 
 /// Largest side of a picture in pixels.
 const SIDE_LIMIT: u32 = 16_384;
+/// Most frames of one command: days of work, and a list that fits into memory.
+const FRAMES_LIMIT: u64 = 10_000_000;
 /// Largest number of samples a pixel.
 const SAMPLES_LIMIT: u32 = 256;
 
@@ -33,9 +35,8 @@ pub struct Cli {
     /// Scene file to play, or the bare name of one in `assets/scenes`.
     pub scene: Option<PathBuf>,
 
-    /// Keys of the window: `standard`, or `report` for those of the 2008 report.
-    #[arg(long, global = true, value_name = "MAP", default_value = "standard", value_parser = KeyMap::NAMES)]
-    pub keys: String,
+    #[command(flatten)]
+    pub window: WindowArgs,
 
     #[command(flatten)]
     pub common: Common,
@@ -131,6 +132,21 @@ pub struct BenchRequest {
     pub dump: Option<PathBuf>,
 }
 
+/// What a window is to be like.
+#[derive(Debug, Args)]
+#[command(next_help_heading = "Window options")]
+pub struct WindowArgs {
+    /// Keys: `standard`, or `report` for those of the 2008 report.
+    #[arg(long, global = true, value_name = "MAP", default_value = "standard", value_parser = KeyMap::NAMES)]
+    pub keys: String,
+    /// Show frames as fast as they come instead of waiting for the display.
+    #[arg(long, global = true)]
+    pub no_vsync: bool,
+    /// Traced pixels for each of the window's, along an axis, from 0.05 to 1; without it, as many as stay fluid.
+    #[arg(long, global = true, value_name = "F", value_parser = scale)]
+    pub scale: Option<f64>,
+}
+
 /// What every command understands.
 #[derive(Debug, Args)]
 #[command(next_help_heading = "Common options")]
@@ -151,7 +167,8 @@ pub struct Common {
     /// Samples a pixel, on a regular grid: a square number (1, 4, 9, 16, ...). Cost grows with it.
     #[arg(long, global = true, value_name = "N", default_value = "1", value_parser = samples)]
     pub samples: SamplesPerPixel,
-    /// Write when every system and pass of every frame ran, and for how long: .csv or .json.
+    /// Playing and rendering: write when every system and pass of every frame ran, and for how long, as
+    /// .csv or .json. In a window a GPU's pass is that of the last picture that has come back.
     #[arg(long, global = true, value_name = "FILE")]
     pub profile: Option<PathBuf>,
     /// What is logged to stderr: off, error, warn, info, debug or trace.
@@ -204,7 +221,20 @@ fn frames(text: &str) -> Result<Range<u64>, String> {
     if range.is_empty() {
         return Err(format!("there is no frame in it; {expected}"));
     }
+    let count = range.end - range.start;
+    if count > FRAMES_LIMIT {
+        return Err(format!(
+            "{count} frames are too many for one command; expected at most {FRAMES_LIMIT}"
+        ));
+    }
     Ok(range)
+}
+
+fn scale(text: &str) -> Result<f64, String> {
+    f64::from_str(text)
+        .ok()
+        .filter(|scale| (0.05..=1.0).contains(scale))
+        .ok_or_else(|| "expected a number from 0.05 to 1, as in 0.5".to_owned())
 }
 
 fn frames_per_sec(text: &str) -> Result<f64, String> {
@@ -242,6 +272,10 @@ mod tests {
         for wrong in ["7..3", "3..3", "a", "1..", "..4", "-1", "1...3"] {
             assert!(frames(wrong).is_err(), "{wrong}");
         }
+        for too_many in ["0..10000001", "0..18446744073709551615"] {
+            assert!(frames(too_many).is_err(), "{too_many}");
+        }
+        assert_eq!(frames("5..10000005"), Ok(5..10_000_005));
     }
 
     #[test]
@@ -249,6 +283,14 @@ mod tests {
         assert_eq!(size("640x360"), Ok(UVec2::new(640, 360)));
         for wrong in ["640", "0x3", "3x0", "x", "640x", "99999x2", "2x2x2"] {
             assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn scales_are_parts_of_one() {
+        assert_eq!(scale("0.5"), Ok(0.5));
+        for wrong in ["0", "1.5", "-1", "NaN", "inf", "x"] {
+            assert!(scale(wrong).is_err(), "{wrong}");
         }
     }
 

@@ -9,6 +9,7 @@ mod assets;
 mod bench;
 mod check;
 mod contact_sheet;
+mod defects;
 mod device;
 mod failure;
 mod interrupt;
@@ -44,14 +45,22 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         Some(_) if cli.scene.is_some() => Err(Failure::Usage(
             "a scene before a command: write `orrery SCENE`, or `orrery COMMAND SCENE`".into(),
         )),
+        Some(Command::Bench(_) | Command::Check { .. } | Command::Adapters)
+            if cli.common.profile.is_some() =>
+        {
+            Err(Failure::Usage(
+                "--profile is for playing and rendering; this command runs no frames to write down"
+                    .into(),
+            ))
+        }
         None => play::run(
             cli.scene.as_deref(),
             &cli.common,
-            &cli.keys,
+            &cli.window,
             play::Mode::Play,
         ),
         Some(Command::Edit { scene }) => {
-            play::run(Some(scene), &cli.common, &cli.keys, play::Mode::Edit)
+            play::run(Some(scene), &cli.common, &cli.window, play::Mode::Edit)
         }
         Some(Command::Render(request)) => render::run(request, &cli.common),
         Some(Command::Bench(request)) => bench::run(request, &cli.common),

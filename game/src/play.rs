@@ -3,12 +3,16 @@
 use std::path::Path;
 
 use glam::UVec2;
+use orrery_engine::Engine;
 use orrery_engine::input::KeyMap;
+use orrery_engine::profile::Profile;
+use orrery_engine::time::Time;
 use orrery_engine::window::{WindowError, WindowOptions, display_available, run as run_window};
 
-use crate::args::Common;
+use crate::args::{Common, WindowArgs};
 use crate::failure::Failure;
-use crate::output::say;
+use crate::output::{note, say};
+use crate::profile_log::ProfileLog;
 use crate::{assets, device, preview, stage};
 
 /// Size of the window unless asked otherwise.
@@ -24,13 +28,19 @@ pub enum Mode {
 }
 
 /// Plays a scene; none: the demo.
-pub fn run(scene: Option<&Path>, common: &Common, keys: &str, mode: Mode) -> Result<(), Failure> {
+pub fn run(
+    scene: Option<&Path>,
+    common: &Common,
+    window: &WindowArgs,
+    mode: Mode,
+) -> Result<(), Failure> {
     let scene = scene.unwrap_or(Path::new(assets::DEMO));
     if let Err(why) = display_available() {
         say(format_args!("no display ({why}): a preview instead"));
         return preview::run(scene, common);
     }
-    let engine = stage::set(scene, common, SIZE, 30.0)?;
+    let (engine, issues) = stage::set_with_warnings(scene, common, SIZE, 30.0)?;
+    let mut log = ProfileLog::open(common.profile.as_deref())?;
     let defaults = WindowOptions::default();
     let options = WindowOptions {
         title: scene
@@ -40,11 +50,20 @@ pub fn run(scene: Option<&Path>, common: &Common, keys: &str, mode: Mode) -> Res
         show_editor: mode == Mode::Edit,
         backend: device::wanted(common.backend),
         adapter: common.adapter.clone(),
-        key_map: KeyMap::named(keys).unwrap_or(defaults.key_map),
+        key_map: KeyMap::named(&window.keys).unwrap_or(defaults.key_map),
+        vsync: !window.no_vsync,
+        resolution_scale: window.scale,
+        issues,
         ..WindowOptions::default()
     };
-    match run_window(engine, options) {
-        Ok(()) => Ok(()),
+    let mut unwritten = None;
+    let after_frame = |engine: &Engine| {
+        if unwritten.is_none() {
+            unwritten = log_frame(&mut log, engine).err();
+        }
+    };
+    match run_window(engine, options, after_frame) {
+        Ok(()) => unwritten.map_or_else(|| log.finish(), Err),
         Err(WindowError::NoDisplay(why)) => {
             say(format_args!("no display ({why}): a preview instead"));
             preview::run(scene, common)
@@ -52,4 +71,11 @@ pub fn run(scene: Option<&Path>, common: &Common, keys: &str, mode: Mode) -> Res
         Err(WindowError::NoTracer(error) | WindowError::Device(error)) => Err(error.into()),
         Err(error @ WindowError::Schedule(_)) => Err(Failure::Input(error.to_string())),
     }
+}
+
+/// Writes a frame of the window down. What cannot be written is said at once, not when the window closes.
+fn log_frame(log: &mut ProfileLog, engine: &Engine) -> Result<(), Failure> {
+    let frame = engine.world.resource::<Time>().frame;
+    log.frame(frame, engine.world.resource::<Profile>())
+        .inspect_err(|failure| note(failure))
 }

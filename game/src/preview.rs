@@ -12,6 +12,7 @@ use orrery_engine::trace::Picture;
 
 use crate::args::Common;
 use crate::contact_sheet::{contact_sheet, halved};
+use crate::defects::Defects;
 use crate::failure::Failure;
 use crate::output::{progress, say};
 use crate::profile_log::ProfileLog;
@@ -21,10 +22,13 @@ use crate::{device, interrupt, stage};
 const SIZE: UVec2 = UVec2::new(640, 360);
 /// Seconds of the scene shown.
 const SCENE_SECS: u64 = 5;
-/// What rendering may take, by the pace of the first picture; leaves room below a minute for loading.
-const BUDGET: Duration = Duration::from_secs(38);
-/// When rendering stops, whatever is left: the scene got heavier than its first picture.
+/// What everything from the start on may take, by the pace of the first pictures.
+const BUDGET: Duration = Duration::from_secs(42);
+/// No picture is begun that would end later, by what the last one took: the scene got heavier than its
+/// first pictures. What is left of a minute is for that one being heavier still, and for the sheet.
 const DEADLINE: Duration = Duration::from_secs(50);
+/// A first picture that takes longer is pace enough: there is no time for a second one that is not kept.
+const SLOW: Duration = Duration::from_secs(5);
 /// Frame rates to choose from, smoothest first.
 const RATES: [u64; 7] = [30, 15, 10, 6, 3, 2, 1];
 /// Pictures on the contact sheet.
@@ -34,36 +38,43 @@ const FOLDER: &str = "frames";
 
 /// Renders the preview of a scene and says where it is.
 pub fn run(scene: &Path, common: &Common) -> Result<(), Failure> {
+    let start = Instant::now();
     let mut engine = stage::set(scene, common, SIZE, 1.0)?;
     let mut log = ProfileLog::open(common.profile.as_deref())?;
     stage::cast(&mut engine, device::open(common)?);
     interrupt::listen();
     let size = common.size.unwrap_or(SIZE);
-    let rate = affordable_rate(pace(&mut engine)?);
+    remove_old_preview();
+    let mut last = pace(&mut engine)?;
+    let rate = affordable_rate(last, start.elapsed());
     let count = SCENE_SECS * rate;
     say(format_args!(
         "rendering {SCENE_SECS} seconds at {rate} frames a second, {}x{}, into {FOLDER}/",
         size.x, size.y
     ));
-    remove_old_preview();
     engine.world.resource_mut::<Time>().frames_per_sec = rate as f64;
-    let start = Instant::now();
+    let mut defects = Defects::default();
     let bar = progress(count, "rendering");
     let mut small = Vec::new();
     let every = (count as usize).div_ceil(SHEET).max(1);
     let mut done = 0;
     for frame in 0..count {
+        let begun = Instant::now();
+        // Without any picture there would be nothing to show.
+        if frame > 0 && (interrupt::asked() || start.elapsed() + last > DEADLINE) {
+            break;
+        }
         let picture = stage::picture(&mut engine, frame)?;
-        log.frame(frame, engine.world.resource::<Profile>())?;
+        let profile = engine.world.resource::<Profile>();
+        log.frame(frame, profile)?;
+        defects.add(&picture, &profile.counters);
         write(&engine, &frame_path(frame), &picture)?;
         if (frame as usize).is_multiple_of(every) {
             small.push(halved(&picture));
         }
         bar.inc(1);
         done = frame + 1;
-        if interrupt::asked() || start.elapsed() > DEADLINE {
-            break;
-        }
+        last = begun.elapsed();
     }
     let sheet = Path::new(FOLDER).join("contact_sheet.png");
     write(&engine, &sheet, &contact_sheet(&small))?;
@@ -74,6 +85,7 @@ pub fn run(scene: &Path, common: &Common) -> Result<(), Failure> {
         bar.finish_and_clear();
     }
     log.finish()?;
+    defects.tell();
     say(format_args!(
         "{done} pictures: {} to {}; all at a glance: {}",
         frame_path(0).display(),
@@ -83,17 +95,26 @@ pub fn run(scene: &Path, common: &Common) -> Result<(), Failure> {
     Ok(())
 }
 
-/// What a picture takes: the second one's time, since the first also builds trees and warms up.
+/// What a picture takes, written: the second one's time, since the first also builds trees and warms up,
+/// unless that one was slow already.
 fn pace(engine: &mut Engine) -> Result<Duration, Failure> {
-    stage::picture(engine, 0)?;
-    let start = Instant::now();
-    stage::picture(engine, SCENE_SECS / 2)?;
-    Ok(start.elapsed())
+    let mut timed = |frame| -> Result<Duration, Failure> {
+        let start = Instant::now();
+        let picture = stage::picture(engine, frame)?;
+        write(engine, &frame_path(0), &picture)?;
+        Ok(start.elapsed())
+    };
+    let first = timed(0)?;
+    if first > SLOW {
+        return Ok(first);
+    }
+    timed(SCENE_SECS / 2)
 }
 
-/// The smoothest frame rate that fits the budget; one frame a second fits always.
-fn affordable_rate(pace: Duration) -> u64 {
-    let fits = |rate: &u64| pace.as_secs_f64() * (SCENE_SECS * rate) as f64 <= BUDGET.as_secs_f64();
+/// The smoothest frame rate that fits what the budget leaves; else one frame a second.
+fn affordable_rate(pace: Duration, gone: Duration) -> u64 {
+    let left = BUDGET.saturating_sub(gone).as_secs_f64();
+    let fits = |rate: &u64| pace.as_secs_f64() * (SCENE_SECS * rate) as f64 <= left;
     RATES.into_iter().find(fits).unwrap_or(1)
 }
 
@@ -121,8 +142,12 @@ mod tests {
 
     #[test]
     fn slow_machines_get_fewer_frames() {
-        assert_eq!(affordable_rate(Duration::from_millis(10)), 30);
-        assert_eq!(affordable_rate(Duration::from_millis(500)), 15);
-        assert_eq!(affordable_rate(Duration::from_secs(100)), 1);
+        let rate =
+            |pace, gone| affordable_rate(Duration::from_millis(pace), Duration::from_millis(gone));
+        assert_eq!(rate(10, 0), 30);
+        assert_eq!(rate(500, 0), 15);
+        assert_eq!(rate(500, 10_000), 10);
+        assert_eq!(rate(10, 60_000), 1);
+        assert_eq!(rate(100_000, 0), 1);
     }
 }

@@ -89,7 +89,7 @@ impl ProfileLog {
         Ok(Self(Some(log)))
     }
 
-    /// Adds a frame.
+    /// Adds a frame, as its profile has it.
     pub fn frame(&mut self, frame: u64, profile: &Profile) -> Result<(), Failure> {
         let Some(log) = &mut self.0 else {
             return Ok(());

@@ -4,6 +4,7 @@ use glam::UVec2;
 use orrery_engine::profile::Profile;
 
 use crate::args::{Common, RenderRequest};
+use crate::defects::Defects;
 use crate::failure::Failure;
 use crate::output::{note, progress, say};
 use crate::profile_log::ProfileLog;
@@ -33,10 +34,13 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
     let mut log = ProfileLog::open(common.profile.as_deref())?;
     stage::cast(&mut engine, device::open(common)?);
     interrupt::listen();
+    let mut defects = Defects::default();
     let bar = progress(todo.len() as u64, "rendering");
     for (done, &frame) in todo.iter().enumerate() {
         let picture = stage::picture(&mut engine, frame)?;
-        log.frame(frame, engine.world.resource::<Profile>())?;
+        let profile = engine.world.resource::<Profile>();
+        log.frame(frame, profile)?;
+        defects.add(&picture, &profile.counters);
         let view = stage::view(&engine);
         request
             .out
@@ -45,6 +49,7 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
         if interrupt::asked() && done + 1 < todo.len() {
             bar.abandon();
             log.finish()?;
+            defects.tell();
             return Err(Failure::Interrupted(format!(
                 "stopped after frame {frame}; the same command with --resume goes on from there"
             )));
@@ -52,7 +57,7 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
     }
     bar.finish_and_clear();
     log.finish()?;
-    overflow_note(engine.world.resource::<Profile>());
+    defects.tell();
     let skipped = count - todo.len() as u64;
     if skipped > 0 {
         note(format_args!("{skipped} of {count} were there already"));
@@ -68,15 +73,4 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
         _ => say("nothing left to do"),
     }
     Ok(())
-}
-
-/// Says what did not fit into the tracer's fixed lists, if anything: such a picture is not quite right.
-fn overflow_note(profile: &Profile) {
-    let counters = &profile.counters;
-    if counters.media_overflows + counters.straight_overflows > 0 {
-        note(format_args!(
-            "note: in the last picture {} rays were inside of more media than are kept track of, and {} crossed too many surfaces of equal index",
-            counters.media_overflows, counters.straight_overflows
-        ));
-    }
 }

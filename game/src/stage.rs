@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::UVec2;
 use orrery_engine::Engine;
 use orrery_engine::frame::{FrameScene, TraceSettings, View};
+use orrery_engine::profile::Profile;
 use orrery_engine::time::{Clock, Time};
 use orrery_engine::trace::{ActiveTracer, Picture, TraceFault, Tracer};
 
@@ -20,12 +21,23 @@ pub fn set(
     size: UVec2,
     frames_per_sec: f64,
 ) -> Result<Engine, Failure> {
+    set_with_warnings(scene, common, size, frames_per_sec).map(|(engine, _)| engine)
+}
+
+/// [`set`], and what is odd about the scene, which has been said on stderr already.
+pub fn set_with_warnings(
+    scene: &Path,
+    common: &Common,
+    size: UVec2,
+    frames_per_sec: f64,
+) -> Result<(Engine, Vec<String>), Failure> {
     let path = find_scene(scene)?;
     let mut engine = Engine::new();
     engine.add_plugin(orrery_engine::profile::plugin);
     let report = orrery_engine::scene::load(&mut engine.world, &path)
         .map_err(|problems| Failure::Input(problems.to_string()))?;
-    for warning in &report.warnings {
+    let warnings: Vec<String> = report.warnings.iter().map(ToString::to_string).collect();
+    for warning in &warnings {
         note(format_args!("note: {warning}"));
     }
     engine.world.insert_resource(TraceSettings {
@@ -34,7 +46,10 @@ pub fn set(
         max_generations: common.depth,
     });
     engine.world.resource_mut::<Time>().frames_per_sec = frames_per_sec;
-    Ok(engine)
+    engine
+        .validate()
+        .map_err(|why| Failure::Input(format!("the frame's systems cannot be ordered: {why}")))?;
+    Ok((engine, warnings))
 }
 
 /// Gives the engine the tracer it renders with from now on.
@@ -52,13 +67,19 @@ pub fn advance(engine: &mut Engine, frame: u64) -> Result<(), Failure> {
     }
 }
 
-/// Runs the frame of that number and hands its picture out.
+/// Runs the frame of that number and hands its picture out. The [`Profile`] then has what this very
+/// picture took: when the frame wrote it, a GPU was still at work.
 pub fn picture(engine: &mut Engine, frame: u64) -> Result<Picture, Failure> {
     advance(engine, frame)?;
-    match &mut engine.world.resource_mut::<ActiveTracer>().0 {
-        Some(tracer) => Ok(tracer.picture()?),
-        None => Err(Failure::NoDevice("no tracer was opened".into())),
-    }
+    let mut tracer = engine.world.resource_mut::<ActiveTracer>();
+    let Some(tracer) = &mut tracer.0 else {
+        return Err(Failure::NoDevice("no tracer was opened".into()));
+    };
+    let picture = tracer.picture()?;
+    let (passes, counters) = (tracer.pass_times(), tracer.counters());
+    let mut profile = engine.world.resource_mut::<Profile>();
+    (profile.passes, profile.counters) = (passes, counters);
+    Ok(picture)
 }
 
 /// The eye of the last frame.

@@ -40,16 +40,21 @@ struct Open {
 }
 
 /// The engine, and its window once there is one.
-pub struct WindowApp {
+pub struct WindowApp<'a> {
     engine: Engine,
     options: WindowOptions,
+    observer: &'a mut dyn FnMut(&Engine),
     open: Option<Open>,
     error: Option<WindowError>,
 }
 
-impl WindowApp {
-    /// An engine whose window is yet to open.
-    pub fn new(mut engine: Engine, options: WindowOptions) -> Self {
+impl<'a> WindowApp<'a> {
+    /// An engine whose window is yet to open, and who looks at it after each frame.
+    pub fn new(
+        mut engine: Engine,
+        options: WindowOptions,
+        observer: &'a mut dyn FnMut(&Engine),
+    ) -> Self {
         let world = &mut engine.world;
         world.insert_resource(options.key_map.clone());
         world.resource_mut::<EditorState>().panels = options.show_editor;
@@ -57,6 +62,7 @@ impl WindowApp {
         Self {
             engine,
             options,
+            observer,
             open: None,
             error: None,
         }
@@ -190,6 +196,7 @@ impl WindowApp {
         let start = Instant::now();
         self.engine.frame();
         let millis = start.elapsed().as_secs_f64() * 1e3;
+        (self.observer)(&self.engine);
         self.after_frame(event_loop, millis, shoot);
     }
 
@@ -270,7 +277,7 @@ fn inner_size(window: &Window) -> UVec2 {
     UVec2::new(size.width, size.height)
 }
 
-impl ApplicationHandler for WindowApp {
+impl ApplicationHandler for WindowApp<'_> {
     fn resumed(&mut self, event_loop: &ActiveEventLoop) {
         if self.open.is_some() {
             return;

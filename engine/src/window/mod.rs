@@ -101,11 +101,15 @@ impl fmt::Display for WindowError {
 impl std::error::Error for WindowError {}
 
 /// Opens a window and runs the engine in it until it is closed. A clock that was never set follows the
-/// wall; one that was set to a frame stays there.
+/// wall; one that was set to a frame stays there. `after_frame` sees the engine after each frame.
 ///
 /// # Errors
 /// See [`WindowError`]; [`WindowError::NoDisplay`] comes before the first frame.
-pub fn run(mut engine: Engine, options: WindowOptions) -> Result<(), WindowError> {
+pub fn run(
+    mut engine: Engine,
+    options: WindowOptions,
+    mut after_frame: impl FnMut(&Engine),
+) -> Result<(), WindowError> {
     display_available().map_err(WindowError::NoDisplay)?;
     let event_loop = EventLoop::new().map_err(|error| WindowError::NoDisplay(error.to_string()))?;
     add_plugins(&mut engine);
@@ -114,7 +118,7 @@ pub fn run(mut engine: Engine, options: WindowOptions) -> Result<(), WindowError
     if *clock == Clock::Paused {
         *clock = Clock::Wall;
     }
-    let mut app = app::WindowApp::new(engine, options);
+    let mut app = app::WindowApp::new(engine, options, &mut after_frame);
     let ended = event_loop.run_app(&mut app);
     match (app.take_error(), ended) {
         (Some(error), _) => Err(error),

@@ -66,7 +66,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
     Ok(Report {
         rows,
         remarks,
-        ..Report::new("frame", devices.join("; "))
+        ..Report::new("frame", &devices)
     })
 }
 

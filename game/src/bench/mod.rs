@@ -46,6 +46,14 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<(), Failure> {
             names.join(", ")
         )));
     };
+    if request.frame.checked_add(request.repeat).is_none() {
+        return Err(Failure::Usage(format!(
+            "--frame {}: the {} frames from there on have no numbers; expected at most {}",
+            request.frame,
+            request.repeat,
+            u64::MAX - request.repeat
+        )));
+    }
     let report = (benchmark.run)(request, common)?;
     report.print();
     if let Some(path) = &request.json {

@@ -16,9 +16,9 @@ pub struct Report {
     pub bench: &'static str,
     /// Commit of the working tree, `+` if it has changes; `unknown` outside of one.
     pub commit: String,
-    /// What traced.
+    /// What traced; several in their order, with `; ` between.
     pub device: String,
-    /// Its driver; empty for the processor.
+    /// Drivers of those that have one, likewise; empty for the processor alone.
     pub driver: String,
     /// The numbers.
     pub rows: Vec<Row>,
@@ -104,17 +104,21 @@ impl Row {
 }
 
 impl Report {
-    /// A report without rows.
-    pub fn new(bench: &'static str, device: String) -> Self {
-        let (device, driver) = match device.split_once(", driver ") {
-            Some((device, driver)) => (device.to_owned(), driver.to_owned()),
-            None => (device, String::new()),
-        };
+    /// A report without rows, of devices as their tracers call them: "NAME, API, driver VERSION".
+    pub fn new(bench: &'static str, devices: &[String]) -> Self {
+        let (names, drivers): (Vec<&str>, Vec<Option<&str>>) = devices
+            .iter()
+            .map(|device| match device.split_once(", driver ") {
+                Some((name, driver)) => (name, Some(driver)),
+                None => (device.as_str(), None),
+            })
+            .unzip();
+        let drivers: Vec<&str> = drivers.into_iter().flatten().collect();
         Self {
             bench,
             commit: commit(),
-            device,
-            driver,
+            device: names.join("; "),
+            driver: drivers.join("; "),
             rows: Vec::new(),
             remarks: Vec::new(),
         }
@@ -225,6 +229,14 @@ mod tests {
         }
         let plain = serde_json::to_value(Row::single("x", "1", Better::Higher, 1.0)).unwrap();
         assert!(plain["target"].is_null() && plain["met"].is_null());
+    }
+
+    #[test]
+    fn devices_and_drivers_are_kept_apart() {
+        let devices = ["H200, Vulkan, driver 580.1", "Xeon, 16 threads"].map(str::to_owned);
+        let report = Report::new("frame", &devices);
+        assert_eq!(report.device, "H200, Vulkan; Xeon, 16 threads");
+        assert_eq!(report.driver, "580.1");
     }
 
     #[test]
