@@ -1,7 +1,7 @@
-//! Pictures against truth: scenes whose pixels can be computed by hand, and the ground-truth set where
-//! its folder lies beside the project.
+//! Pictures against truth: scenes whose pixels can be computed by hand, and scenes that another program
+//! rendered (`tests/ground_truth`).
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use glam::{DVec3, UVec2};
 use orrery_engine::frame::TraceSettings;
@@ -110,24 +110,19 @@ fn a_pane_reflects_and_passes_what_fresnel_says() {
     });
 }
 
-/// The set's folder, if it is there: `ORRERY_GROUND_TRUTH`, else `../shared/ground-truth` beside the project.
-fn set_folder() -> Option<PathBuf> {
-    let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/ground-truth");
-    let named = std::env::var_os("ORRERY_GROUND_TRUTH").map(PathBuf::from);
-    named.or_else(|| beside.is_dir().then_some(beside))
-}
+/// The scenes that come along, by the beginning of their names.
+const SET: [&str; 5] = ["s01", "s02", "s03", "s06", "s07"];
 
 fn hold_set(backend: Backend, every: u32) {
-    let Some(folder) = set_folder() else {
-        return;
-    };
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("ground_truth");
     let set = TruthSet::open(&folder).expect("the set");
     let run = TruthRun { out: None, every };
     let mut tracer = tracers::open(backend).expect("a device; tests need one");
     let names = set.names().expect("names");
-    let wanted = ["s01", "s02", "s03", "s06", "s07"];
+    let found: Vec<&str> = names.iter().map(|name| &name[..3]).collect();
+    assert_eq!(found, SET, "scenes in {}", folder.display());
     let mut missed = Vec::new();
-    for name in names.iter().filter(|n| wanted.contains(&&n[..3])) {
+    for name in &names {
         let row = set.run(name, tracer.as_mut(), &run);
         if !row.is_met() {
             missed.push(row.to_string());
