@@ -40,11 +40,6 @@ impl CpuTracer {
     pub fn new() -> Self {
         Self::default()
     }
-
-    /// The rows it traces, for benchmarks that hand the same work to others.
-    pub fn packed(&self) -> &PackedScene {
-        &self.packed
-    }
 }
 
 impl Tracer for CpuTracer {

@@ -76,16 +76,6 @@ impl GpuTracer {
         Ok(tracer)
     }
 
-    /// The device it traces on.
-    pub fn gpu(&self) -> &Arc<Gpu> {
-        &self.gpu
-    }
-
-    /// The rows it traces, for benchmarks that hand the same work to others.
-    pub fn packed(&self) -> &PackedScene {
-        &self.packed
-    }
-
     fn make_target(&mut self, size: UVec2) -> Result<(), TraceError> {
         if self
             .target
