@@ -3,20 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 
-/// The built program, beside this test's own.
-fn program() -> PathBuf {
-    let suite = std::env::current_exe().expect("this program's path");
-    let folder = suite.ancestors().nth(2).expect("target/release");
-    let program = folder
-        .join("orrery")
-        .with_extension(std::env::consts::EXE_EXTENSION);
-    assert!(
-        program.is_file(),
-        "{} is not there; `cargo build --release` makes it (tests/run does)",
-        program.display()
-    );
-    program
-}
+use orrery_tests::program::program;
 
 /// A fresh folder for one test.
 fn folder(test: &str) -> PathBuf {
@@ -26,16 +13,21 @@ fn folder(test: &str) -> PathBuf {
     folder
 }
 
-/// Runs the program in the project's root without a display.
-fn orrery(arguments: &[&str]) -> Output {
+/// Runs the program in a folder without a display.
+fn orrery_in(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(program())
         .args(arguments)
-        .current_dir(Path::new(env!("CARGO_MANIFEST_DIR")).join(".."))
+        .current_dir(folder)
         .env_remove("DISPLAY")
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")
         .output()
         .expect("the program starts")
+}
+
+/// Runs the program in the project's root without a display.
+fn orrery(arguments: &[&str]) -> Output {
+    orrery_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."), arguments)
 }
 
 /// Holds the exit code, and that the words are among what was said; never a panic.
@@ -85,6 +77,12 @@ fn wrong_words_are_usage() {
     );
     expect(&["render", "demo", "--depth", "0"], 2, &["1..=64"]);
     expect(&["bench", "nonsense"], 2, &["frame"]);
+    let all = format!("0..{}", u64::MAX);
+    expect(&["render", "demo", "--frames", &all], 2, &["too many"]);
+    let last = u64::MAX.to_string();
+    expect(&["bench", "--frame", &last], 2, &["--frame", "at most"]);
+    expect(&["bench", "--profile", "p.csv"], 2, &["--profile"]);
+    expect(&["--scale", "2"], 2, &["0.05 to 1"]);
     expect(&["--log", "loud=very=loud", "adapters"], 2, &["warn"]);
 }
 
@@ -180,6 +178,41 @@ fn a_profile_names_systems_and_passes() {
     let text = std::fs::read_to_string(folder.join("spans.json")).expect("a profile");
     let events: serde_json::Value = serde_json::from_str(&text).expect("JSON");
     assert!(events.as_array().is_some_and(|events| events.len() > 10));
+}
+
+#[test]
+fn without_a_display_there_is_a_preview_in_files() {
+    let folder = folder("preview");
+    let profile = folder.join("spans.csv");
+    let arguments = [
+        "two_spheres",
+        "--size",
+        "64x36",
+        "--backend",
+        "cpu",
+        "--profile",
+    ];
+    let mut arguments = arguments.to_vec();
+    let log = profile.display().to_string();
+    arguments.push(&log);
+    let output = orrery_in(&folder, &arguments);
+    let said = String::from_utf8_lossy(&output.stdout);
+    assert_eq!(output.status.code(), Some(0), "{output:?}");
+    assert!(said.contains("no display"), "{said}");
+    let last = said.lines().last().unwrap_or_default();
+    let sheet = Path::new("frames").join("contact_sheet.png");
+    assert!(last.ends_with(&sheet.display().to_string()), "{last}");
+    assert!(image::open(folder.join(&sheet)).is_ok(), "no sheet");
+    let entries = std::fs::read_dir(folder.join("frames")).expect("a folder");
+    let mut pictures: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    pictures.retain(|path| !path.ends_with("contact_sheet.png"));
+    pictures.sort();
+    let [first, .., end] = pictures.as_slice() else {
+        panic!("expected pictures, found {pictures:?}");
+    };
+    let read = |path| std::fs::read(path).expect("a picture");
+    assert_ne!(read(first), read(end), "nothing moved");
+    assert!(profile.is_file(), "no profile");
 }
 
 #[test]

@@ -48,9 +48,8 @@ fn presented(gpu: &Gpu, pass: &PresentPass, size: UVec2, look: Look) -> Vec<[u8;
         usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
         mapped_at_creation: false,
     });
-    let mut encoder = gpu
-        .device
-        .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+    let begin = wgpu::CommandEncoderDescriptor::default();
+    let mut encoder = gpu.device.create_command_encoder(&begin);
     {
         let mut render = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
             color_attachments: &[Some(wgpu::RenderPassColorAttachment {

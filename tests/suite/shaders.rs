@@ -54,6 +54,41 @@ fn pictures_compose_with_each_feature_alone_and_with_each_missing() {
 }
 
 #[test]
+fn presenting_validates_and_its_uniform_is_as_rust_writes_it() {
+    use naga::valid::{Capabilities, ValidationFlags, Validator};
+    let source = include_str!("../../shaders/present.wgsl");
+    let module = naga::front::wgsl::parse_str(source)
+        .unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
+    Validator::new(ValidationFlags::all(), Capabilities::empty())
+        .validate(&module)
+        .unwrap_or_else(|error| panic!("{}", error.emit_to_string(source)));
+    let uniform = module.types.iter().find_map(|(_, ty)| match &ty.inner {
+        naga::TypeInner::Struct { members, span } if ty.name.as_deref() == Some("Present") => {
+            let name = |member: &naga::StructMember| member.name.clone().unwrap_or_default();
+            let places: Vec<(String, u32)> = members.iter().map(|m| (name(m), m.offset)).collect();
+            Some((places, *span))
+        }
+        _ => None,
+    });
+    let (places, span) = uniform.expect("a struct `Present`");
+    let names = [
+        "picture_size",
+        "target_size",
+        "gain",
+        "tone",
+        "stride",
+        "encode",
+    ];
+    let offsets = [0, 8, 16, 20, 24, 28];
+    let expected: Vec<(String, u32)> = names.map(str::to_owned).into_iter().zip(offsets).collect();
+    assert_eq!(
+        (places, span),
+        (expected, 32),
+        "see engine/src/present/pass.rs"
+    );
+}
+
+#[test]
 fn rays_compose_for_each_mix_of_shapes() {
     for shapes in 0..1 << 4 {
         compose(Kernel::Intersect, features(shapes << 2), 1);

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use image::RgbImage;
+use orrery_tests::program::program;
 
 /// Longer than a slow, busy machine needs to open a window or trace a small picture.
 const PATIENCE: Duration = Duration::from_secs(90);
@@ -116,22 +117,6 @@ fn xdotool(display: &str, arguments: &[&str]) -> Option<String> {
         .expect("xdotool runs (Debian: apt install xdotool; tests/run does it)");
     let text = String::from_utf8_lossy(&output.stdout).trim().to_owned();
     output.status.success().then_some(text)
-}
-
-/// The program, built beside this test.
-fn program() -> PathBuf {
-    let test = std::env::current_exe().expect("this test has a path");
-    let path = test
-        .ancestors()
-        .nth(2)
-        .expect("tests are two folders below the program")
-        .join(format!("orrery{}", std::env::consts::EXE_SUFFIX));
-    assert!(
-        path.exists(),
-        "{} is missing: cargo build --release -p orrery (tests/run does it)",
-        path.display()
-    );
-    path
 }
 
 /// The program playing [`SCENE`] on a screen of its own, with the focus on its window.
