@@ -25,9 +25,10 @@ pub enum FrameSet {
     Propagate,
     /// Changed rows of the world become rows of the `FrameScene`.
     Extract,
-    /// Trees follow what moved or changed its shape.
+    /// The tracer builds the trees of meshes that are new or changed.
     Refit,
-    /// The tracer packs its f32 rows; changed ranges go to the device.
+    /// The tracer packs its f32 rows and builds the tree over instances if any moved; changed ranges go to the
+    /// device.
     Upload,
     /// The tracer makes the picture.
     Trace,

@@ -179,7 +179,7 @@ fn key_name(key: KeyCode) -> String {
 /// Which triggers do what. No trigger does two things.
 #[derive(Resource, Clone, Debug, PartialEq, Eq)]
 pub struct KeyMap {
-    /// What `--keymap` calls it.
+    /// What `--keys` calls it.
     pub name: &'static str,
     bindings: Vec<(Trigger, Action)>,
 }
