@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, UVec2, Vec3};
-use orrery_engine::frame::{FrameScene, Instance, Shape, TraceSettings};
+use orrery_engine::frame::{FrameScene, Instance, Light, LightKind, Shape, TraceSettings};
 use orrery_engine::trace::cpu::CpuTracer;
 use orrery_engine::trace::reference::ReferenceTracer;
 use orrery_engine::trace::{Hit, Picture, Query, Ray, Tracer};
@@ -211,7 +211,7 @@ fn a_scene_far_away_gives_the_same_bits() {
     let mut base = near.clone();
     base.view.origin = snap(base.view.origin);
     for light in &mut base.lights {
-        if let orrery_engine::frame::LightKind::Point { position } = &mut light.kind {
+        if let LightKind::Point { position } = &mut light.kind {
             *position = snap(*position);
         }
     }
@@ -224,7 +224,7 @@ fn a_scene_far_away_gives_the_same_bits() {
     let mut far = base.clone();
     far.view.origin += shift;
     for light in &mut far.lights {
-        if let orrery_engine::frame::LightKind::Point { position } = &mut light.kind {
+        if let LightKind::Point { position } = &mut light.kind {
             *position += shift;
         }
     }
@@ -237,5 +237,48 @@ fn a_scene_far_away_gives_the_same_bits() {
     assert!(
         a.pixels.iter().any(|p| *p != Vec3::new(0.2, 0.3, 0.4)),
         "nothing in view"
+    );
+}
+
+#[test]
+fn slivers_do_not_shadow_themselves() {
+    let spokes = 20_000_u32;
+    let rim = (0..spokes).map(|i| {
+        let angle = f64::from(i) / f64::from(spokes) * std::f64::consts::TAU;
+        DVec3::new(angle.cos(), angle.sin(), 0.0)
+    });
+    let vertices = std::iter::once(DVec3::ZERO).chain(rim).collect();
+    let triangles = (0..spokes)
+        .map(|i| [0, 1 + i, 1 + (i + 1) % spokes])
+        .collect();
+    let fan = MeshData::new("fan", vertices, Vec::new(), triangles).expect("a fan is a mesh");
+    let mut scene = single(fan);
+    let turn = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, -0.7, 0.2);
+    scene.instances[0].world_from_local =
+        DAffine3::from_rotation_translation(turn, DVec3::new(0.1, 0.2, -3.0));
+    scene.lights.push(Light {
+        color: Vec3::ONE,
+        fade: None,
+        kind: LightKind::Point {
+            position: DVec3::new(-2.0, 1.0, 1.0),
+        },
+    });
+    scene.max_generations = 1;
+    let size = UVec2::new(256, 192);
+    let fast = picture(CpuTracer::new(), &scene, size);
+    let exact = picture(ReferenceTracer::new(), &scene, size);
+    let lit = exact
+        .pixels
+        .iter()
+        .filter(|p| p.max_element() > 0.1)
+        .count();
+    assert!(lit > 5_000, "only {lit} pixels are lit");
+    let dark = fast.pixels.iter().zip(&exact.pixels);
+    let dark = dark
+        .filter(|(a, b)| a.max_element() < 0.5 * b.max_element())
+        .count();
+    assert_eq!(
+        dark, 0,
+        "{dark} of {lit} lit pixels lie in their own shadow"
     );
 }
