@@ -201,7 +201,7 @@ fn bit_identical_base(scene: &TruthScene) -> Option<&str> {
         .then_some(scene.invariant_with.as_deref()?)
 }
 
-/// The targets (ACCURACY.md, C.3) that an outcome misses, in words.
+/// The targets that an outcome misses, in words.
 fn missed(name: &str, backend: Backend, outcome: &Outcome) -> Vec<String> {
     let (metrics, identical) = match outcome {
         Outcome::Failed(_) => return vec!["not traced".to_owned()],
