@@ -1,11 +1,13 @@
 //! From text to a scene whose names and files are all found. Needs no world, so `check` can use it.
 
+mod timeline;
+
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use super::problem::{Place, Problems, RawProblem, Report, Summary, locate, nearest};
 use super::reader::{Reader, Schema};
-use super::schema::{self, At, Entity, Light, LookAt, MeshFile, Scene, Shape};
+use super::schema::{self, At, Entity, MeshFile, Scene, Shape};
 use super::syntax;
 use super::timeline::last_key;
 use crate::import::{Model, import_obj, smooth};
@@ -246,164 +248,6 @@ impl Resolver {
             self.reader
                 .report_at(place.clone(), what, Some(expected), nearest);
         }
-    }
-
-    /// Reports tracks and paths whose targets are not there, or that go round in circles.
-    fn look_up_timeline(&mut self, scene: &Scene) {
-        let mut keyed: HashSet<(&str, &str)> = HashSet::new();
-        for track in &scene.timeline.tracks {
-            if track.field.value.starts_with("material.") {
-                if !self.materials.contains(&track.target.value) {
-                    self.unknown("material", &track.target, |resolver| {
-                        resolver.materials.iter().collect()
-                    });
-                }
-            } else if self.known_entity(&track.target) {
-                self.has_field(scene, track.target.value.as_str(), &track.field);
-            }
-            if !keyed.insert((&track.target.value, &track.field.value)) {
-                self.reader.report_at(
-                    track.field.place.clone(),
-                    format!(
-                        "a track before keys `{}` of `{}` already",
-                        track.field.value, track.target.value
-                    ),
-                    Some("one track a field".into()),
-                    None,
-                );
-            }
-        }
-        for path in &scene.timeline.paths {
-            self.known_entity(&path.target);
-            if let Some(LookAt::Entity(id)) = &path.look_at
-                && self.known_entity(id)
-                && id == &path.target
-            {
-                self.reader.report_at(
-                    id.place.clone(),
-                    format!("`{}` looks at itself", id.value),
-                    Some("another entity, or a point".into()),
-                    None,
-                );
-            }
-        }
-        self.find_overwritten(scene);
-        self.find_cycles(scene);
-    }
-
-    /// Reports tracks and paths that do nothing, because a path writes the same field later in the frame.
-    fn find_overwritten(&mut self, scene: &Scene) {
-        let paths = &scene.timeline.paths;
-        for track in &scene.timeline.tracks {
-            let target = &track.target.value;
-            let overwrites = |path: &schema::Path| match track.field.value.as_str() {
-                "transform.translation" => true,
-                "transform.rotation" => path.look_at.is_some(),
-                _ => false,
-            };
-            if paths
-                .iter()
-                .any(|path| path.target.value == *target && overwrites(path))
-            {
-                let field = &track.field.value;
-                self.reader.report_at(
-                    track.field.place.clone(),
-                    format!("a path of `{target}` overwrites `{field}` in every frame"),
-                    Some("the track or the path, not both".into()),
-                    None,
-                );
-            }
-        }
-        for (i, path) in paths.iter().enumerate() {
-            let target = &path.target;
-            if paths[..i].iter().any(|p| p.target.value == target.value) {
-                self.reader.report_at(
-                    target.place.clone(),
-                    format!("a path before moves `{}` already", target.value),
-                    Some("one path an entity".into()),
-                    None,
-                );
-            }
-        }
-    }
-
-    /// Reports a field of a component that the entity does not have.
-    fn has_field(&mut self, scene: &Scene, id: &str, field: &At<String>) {
-        let Some(entity) = find(&scene.entities, id) else {
-            return;
-        };
-        let component = field.value.split('.').next().unwrap_or_default();
-        let there = match component {
-            "sphere" => matches!(entity.shape, Some(Shape::Sphere(_))),
-            "plane" => matches!(entity.shape, Some(Shape::Plane(_))),
-            "box" => matches!(entity.shape, Some(Shape::Box(_))),
-            "light" => entity.light.is_some(),
-            "camera" => entity.camera.is_some(),
-            _ => true,
-        };
-        if !there {
-            self.reader.report_at(
-                field.place.clone(),
-                format!("`{id}` has no {component}, so no field `{}`", field.value),
-                Some(format!("a {component} on `{id}`, or another field")),
-                None,
-            );
-        } else if let Some(light) = &entity.light
-            && let Some(kind) = without_field(light, &field.value)
-        {
-            self.reader.report_at(
-                field.place.clone(),
-                format!("the {kind} light of `{id}` has no field `{}`", field.value),
-                Some("a light that has it, or another field".into()),
-                None,
-            );
-        }
-    }
-
-    /// Reports looks that depend on each other's rotation in a circle.
-    fn find_cycles(&mut self, scene: &Scene) {
-        let looks: Vec<_> = scene
-            .timeline
-            .paths
-            .iter()
-            .filter(|path| path.look_at.is_some())
-            .collect();
-        let above = |id: &str| self.entities.get(id).cloned().unwrap_or_default();
-        let needs: Vec<Vec<usize>> = looks
-            .iter()
-            .map(|path| {
-                let mut needed = above(&path.target.value);
-                if let Some(LookAt::Entity(id)) = &path.look_at {
-                    needed.extend(above(&id.value));
-                }
-                (0..looks.len())
-                    .filter(|&i| needed.contains(&looks[i].target.value))
-                    .collect()
-            })
-            .collect();
-        if let Err(i) = super::timeline::sorted(&needs) {
-            let target = &looks[i].target;
-            self.reader.report_at(
-                target.place.clone(),
-                format!(
-                    "what `{}` looks at moves with `{}` itself: a cycle",
-                    target.value, target.value
-                ),
-                Some("something that its own rotation does not move".into()),
-                None,
-            );
-        }
-    }
-}
-
-/// The light's kind if it has not this field of lights.
-fn without_field(light: &Light, field: &str) -> Option<&'static str> {
-    let fades = field.starts_with("light.fade.");
-    let opens = matches!(field, "light.inner_angle" | "light.outer_angle");
-    match light {
-        Light::Directional(_) if fades || opens => Some("directional"),
-        Light::Point(_) if opens => Some("point"),
-        _ => None,
     }
 }
 
