@@ -8,8 +8,8 @@ use orrery_engine::world::{Fade, Material};
 pub fn panes() -> FrameScene {
     let mut scene = FrameScene {
         max_generations: 5,
-        materials: vec![Material::default()],
-        lights: lights(),
+        materials: vec![Material::default()].into(),
+        lights: lights().into(),
         ..Default::default()
     };
     scene.view.origin = DVec3::new(0.0, 0.0, 6.0);

@@ -1,7 +1,5 @@
 //! Random scenes for property tests: every shape, every kind of material, any pose; the same for a seed.
 
-use std::sync::Arc;
-
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use orrery_engine::frame::{FrameScene, Instance, Light, LightKind, Shape, View};
 use orrery_engine::world::{Lobe, Material, MeshData, Reflection};
@@ -158,8 +156,8 @@ pub fn random_scene(seed: u64, count: usize) -> FrameScene {
     let mut scene = FrameScene {
         background: Vec3::new(0.2, 0.3, 0.4),
         max_generations: 6,
-        materials: materials(),
-        meshes: vec![Arc::new(icosphere(2)), Arc::new(smooth_icosphere(2))],
+        materials: materials().into(),
+        meshes: vec![icosphere(2).into(), smooth_icosphere(2).into()].into(),
         ..Default::default()
     };
     scene.view = View {

@@ -5,7 +5,6 @@
 
 use std::collections::BTreeMap;
 use std::path::Path;
-use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, UVec2, Vec3};
 use orrery_engine::frame::{Features, FrameScene, Instance, Light, LightKind, Shape, View};
@@ -186,7 +185,7 @@ impl SceneFile {
             background: self.background.into(),
             max_generations: self.max_trace_level,
             lights: self.lights.iter().map(LightFile::light).collect(),
-            materials: vec![Material::default()],
+            materials: vec![Material::default()].into(),
             ..FrameScene::default()
         };
         let mut rows = BTreeMap::new();
@@ -260,7 +259,7 @@ impl ObjectFile {
     fn add_to(self, frame: &mut FrameScene, material: u32, tag: u64) -> Result<(), String> {
         let mut world_from_local = self.matrix.map_or(DAffine3::IDENTITY, affine);
         let mut mesh = |data: MeshData| {
-            frame.meshes.push(Arc::new(data));
+            frame.meshes.push(data.into());
             Shape::Mesh(frame.meshes.len() as u32 - 1)
         };
         let points = |list: Vec<[f64; 3]>| list.into_iter().map(DVec3::from).collect();

@@ -101,13 +101,14 @@ fn gpu_and_cpu_find_the_same_hits() {
 #[test]
 fn rays_end_where_they_are_told_to() {
     let mut scene = FrameScene {
-        materials: vec![Material::default()],
+        materials: vec![Material::default()].into(),
         instances: vec![Instance {
             tag: 0,
             shape: Shape::Sphere { radius: 1.0 },
             world_from_local: DAffine3::from_translation(DVec3::NEG_Z * 5.0),
             material: 0,
-        }],
+        }]
+        .into(),
         ..Default::default()
     };
     scene.features = Features::of(&scene);
@@ -150,14 +151,15 @@ fn a_closed_mesh_does_not_leak_on_the_gpu() {
         })
         .collect();
     let mut scene = FrameScene {
-        materials: vec![Material::default()],
-        meshes: vec![Arc::new(mesh)],
+        materials: vec![Material::default()].into(),
+        meshes: vec![mesh.into()].into(),
         instances: vec![Instance {
             tag: 0,
             shape: Shape::Mesh(0),
             world_from_local: DAffine3::IDENTITY,
             material: 0,
-        }],
+        }]
+        .into(),
         ..Default::default()
     };
     scene.features = Features::of(&scene);
@@ -204,9 +206,9 @@ fn gpu_pictures_match_the_cpu() {
 fn transparent_shadows_are_tinted_as_on_the_cpu() {
     let scene = panes();
     let mut opaque = scene.clone();
-    for material in &mut opaque.materials {
+    opaque.materials.edit(|material| {
         (material.filter, material.transmit) = (0.0, 0.0);
-    }
+    });
     opaque.features = Features::of(&opaque);
     let settings = settings(120, 90);
     let [gpu, cpu] = both(&scene, &settings);
@@ -245,12 +247,12 @@ fn a_specialised_picture_is_the_general_one() {
     let scene = random_scene(2, 25);
     let lean = {
         let mut scene = scene.clone();
-        scene
-            .instances
-            .retain(|i| matches!(i.shape, Shape::Sphere { .. }));
-        for instance in &mut scene.instances {
+        scene.instances.edit(|instance| {
+            if !matches!(instance.shape, Shape::Sphere { .. }) {
+                instance.shape = Shape::Vacant;
+            }
             instance.material = 0;
-        }
+        });
         scene.features = Features::of(&scene);
         scene
     };
@@ -276,7 +278,9 @@ fn the_same_frame_gives_the_same_bits_and_moves_no_bytes() {
     assert!(first == again, "the second picture differs");
     assert_eq!(tracer.counters().bytes_uploaded, 0);
     let mut moved = scene.clone();
-    moved.instances[0].world_from_local.translation += DVec3::X * 0.1;
+    let mut first_row = moved.instances[0];
+    first_row.world_from_local.translation += DVec3::X * 0.1;
+    moved.instances.set(0, first_row);
     picture(&mut tracer, &moved, &one).unwrap();
     let bytes = tracer.counters().bytes_uploaded;
     assert!(

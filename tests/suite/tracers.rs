@@ -1,7 +1,5 @@
 //! The tracers against each other and against brute force, on random worlds.
 
-use std::sync::Arc;
-
 use glam::{DAffine3, DVec3, UVec2, Vec3};
 use orrery_engine::frame::{FrameScene, Instance, Light, LightKind, Shape, TraceSettings};
 use orrery_engine::trace::cpu::CpuTracer;
@@ -90,14 +88,15 @@ fn one_triangle_each(mesh: &MeshData) -> Vec<FrameScene> {
 
 fn single(mesh: MeshData) -> FrameScene {
     FrameScene {
-        materials: vec![Default::default()],
-        meshes: vec![Arc::new(mesh)],
+        materials: vec![Default::default()].into(),
+        meshes: vec![mesh.into()].into(),
         instances: vec![Instance {
             tag: 0,
             shape: Shape::Mesh(0),
             world_from_local: DAffine3::from_rotation_y(0.3),
             material: 0,
-        }],
+        }]
+        .into(),
         ..Default::default()
     }
 }
@@ -166,7 +165,9 @@ fn a_closed_mesh_does_not_leak() {
         });
     }
     let mut scene = single(mesh);
-    scene.instances[0].world_from_local = DAffine3::IDENTITY;
+    scene
+        .instances
+        .edit(|instance| instance.world_from_local = DAffine3::IDENTITY);
     let hits = ready(CpuTracer::new(), &scene, UVec2::ONE)
         .intersect(&rays, Query::Closest)
         .unwrap();
@@ -210,27 +211,27 @@ fn a_scene_far_away_gives_the_same_bits() {
     let snap = |v: DVec3| (v + shift) - shift;
     let mut base = near.clone();
     base.view.origin = snap(base.view.origin);
-    for light in &mut base.lights {
+    base.lights.edit(|light| {
         if let LightKind::Point { position } = &mut light.kind {
             *position = snap(*position);
         }
-    }
-    for instance in &mut base.instances {
+    });
+    base.instances.edit(|instance| {
         let at = &mut instance.world_from_local.translation;
         *at = snap(*at);
-    }
-    base.instances
-        .retain(|i| !matches!(i.shape, Shape::Plane { .. }));
+        if matches!(instance.shape, Shape::Plane { .. }) {
+            instance.shape = Shape::Vacant;
+        }
+    });
     let mut far = base.clone();
     far.view.origin += shift;
-    for light in &mut far.lights {
+    far.lights.edit(|light| {
         if let LightKind::Point { position } = &mut light.kind {
             *position += shift;
         }
-    }
-    for instance in &mut far.instances {
-        instance.world_from_local.translation += shift;
-    }
+    });
+    far.instances
+        .edit(|instance| instance.world_from_local.translation += shift);
     let a = picture(CpuTracer::new(), &base, size);
     let b = picture(CpuTracer::new(), &far, size);
     assert!(a == b, "the shifted scene differs");
@@ -254,8 +255,10 @@ fn slivers_do_not_shadow_themselves() {
     let fan = MeshData::new("fan", vertices, Vec::new(), triangles).expect("a fan is a mesh");
     let mut scene = single(fan);
     let turn = glam::DQuat::from_euler(glam::EulerRot::XYZ, 0.4, -0.7, 0.2);
-    scene.instances[0].world_from_local =
-        DAffine3::from_rotation_translation(turn, DVec3::new(0.1, 0.2, -3.0));
+    let pose = DAffine3::from_rotation_translation(turn, DVec3::new(0.1, 0.2, -3.0));
+    scene
+        .instances
+        .edit(|instance| instance.world_from_local = pose);
     scene.lights.push(Light {
         color: Vec3::ONE,
         fade: None,

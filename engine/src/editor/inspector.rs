@@ -8,14 +8,14 @@ use bevy_reflect::TypeRegistry;
 
 use super::fields::{FieldEdit, Fields};
 use super::{Edit, EditQueue, EditorState, hierarchy, theme};
-use crate::world::{GlobalTransform, GlobalVisibility, PolygonMesh, SceneId};
+use crate::world::{GlobalTransform, GlobalVisibility, OwnMesh, SceneId};
 
 /// Components that systems derive: shown, never edited.
 fn is_derived(component: TypeId) -> bool {
     [
         TypeId::of::<GlobalTransform>(),
         TypeId::of::<GlobalVisibility>(),
-        TypeId::of::<PolygonMesh>(),
+        TypeId::of::<OwnMesh>(),
         // The scene file's key: renaming it here would break the links of the file.
         TypeId::of::<SceneId>(),
     ]

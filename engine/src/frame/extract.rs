@@ -12,7 +12,7 @@ use crate::app::Engine;
 use crate::schedule::FrameSet;
 use crate::world::{
     ActiveCamera, Background, Camera, Cuboid, DirectionalLight, FARTHEST, GlobalTransform,
-    GlobalVisibility, Material, Mesh, Meshes, Plane, PointLight, PolygonMesh, Projection, Sphere,
+    GlobalVisibility, Material, Mesh, Meshes, OwnMesh, Plane, PointLight, Projection, Sphere,
     SpotLight, Surface, TraceDepth, picture_camera,
 };
 
@@ -54,10 +54,10 @@ impl Rows {
         if let Some(&row) = self.materials.get(&entity) {
             return row;
         }
-        let row = self.vacant_materials.pop().unwrap_or_else(|| {
-            scene.materials.push(Material::default());
-            scene.materials.len() as u32 - 1
-        });
+        let row = self
+            .vacant_materials
+            .pop()
+            .unwrap_or_else(|| scene.materials.push(Material::default()));
         self.materials.insert(entity, row);
         self.relinked.insert(entity);
         row
@@ -65,7 +65,7 @@ impl Rows {
 
     fn vacate_material(&mut self, scene: &mut FrameScene, entity: Entity) {
         if let Some(row) = self.materials.remove(&entity) {
-            scene.materials[row as usize] = Material::default();
+            scene.materials.set(row, Material::default());
             self.vacant_materials.push(row);
             self.relinked.insert(entity);
         }
@@ -73,17 +73,18 @@ impl Rows {
 
     fn instance_row(&mut self, scene: &mut FrameScene, entity: Entity, row: Instance) {
         let index = *self.instances.entry(entity).or_insert_with(|| {
-            self.vacant.pop().unwrap_or_else(|| {
-                scene.instances.push(row);
-                scene.instances.len() as u32 - 1
-            })
+            self.vacant
+                .pop()
+                .unwrap_or_else(|| scene.instances.push(row))
         });
-        scene.instances[index as usize] = row;
+        scene.instances.set(index, row);
     }
 
     fn vacate(&mut self, scene: &mut FrameScene, entity: Entity) {
         if let Some(index) = self.instances.remove(&entity) {
-            scene.instances[index as usize].shape = Shape::Vacant;
+            let mut row = scene.instances[index as usize];
+            row.shape = Shape::Vacant;
+            scene.instances.set(index, row);
             self.vacant.push(index);
         }
     }
@@ -105,14 +106,13 @@ fn extract_materials(
     }
     for (entity, material) in &changed {
         let row = rows.material_row(&mut scene, entity);
-        scene.materials[row as usize] = *material;
+        scene.materials.set(row, *material);
     }
 }
 
 fn extract_meshes(mut scene: ResMut<FrameScene>, meshes: Res<Meshes>) {
     if meshes.is_changed() {
-        scene.meshes.clear();
-        scene.meshes.extend_from_slice(meshes.rows());
+        scene.meshes.clone_from(meshes.rows());
     }
 }
 
@@ -122,7 +122,7 @@ type ShapeParts<'a> = (
     &'a GlobalVisibility,
     Option<&'a Surface>,
     Option<&'a Mesh>,
-    Option<&'a PolygonMesh>,
+    Option<&'a OwnMesh>,
     Option<&'a Sphere>,
     Option<&'a Plane>,
     Option<&'a Cuboid>,
@@ -130,7 +130,7 @@ type ShapeParts<'a> = (
 
 type AnyShape = Or<(
     With<Mesh>,
-    With<PolygonMesh>,
+    With<OwnMesh>,
     With<Sphere>,
     With<Plane>,
     With<Cuboid>,
@@ -141,7 +141,7 @@ type ShapeChanged = Or<(
     Changed<GlobalVisibility>,
     Changed<Surface>,
     Changed<Mesh>,
-    Changed<PolygonMesh>,
+    Changed<OwnMesh>,
     Changed<Sphere>,
     Changed<Plane>,
     Changed<Cuboid>,
@@ -153,7 +153,7 @@ fn vacate_removed(
     mut scene: ResMut<FrameScene>,
     mut rows: ResMut<Rows>,
     mut meshes: RemovedComponents<Mesh>,
-    mut polygons: RemovedComponents<PolygonMesh>,
+    mut polygons: RemovedComponents<OwnMesh>,
     mut spheres: RemovedComponents<Sphere>,
     mut planes: RemovedComponents<Plane>,
     mut cuboids: RemovedComponents<Cuboid>,
@@ -307,10 +307,9 @@ fn extract_lights(
             cos_outer: l.outer_angle.cos().min(l.inner_angle.cos() - 1e-6),
         },
     });
-    scene.lights.clear();
     scene
         .lights
-        .extend(points.chain(suns).chain(spots).filter(|light| {
+        .assign(points.chain(suns).chain(spots).filter(|light| {
             let position_is_finite = match light.kind {
                 LightKind::Point { position } | LightKind::Spot { position, .. } => {
                     position.is_finite() && position.abs().max_element() <= FARTHEST

@@ -32,12 +32,12 @@ impl Features {
     /// Reads the rows of a scene.
     pub fn of(scene: &FrameScene) -> Self {
         let mut needs = Self::default();
-        for instance in &scene.instances {
+        for instance in scene.instances.iter() {
             match instance.shape {
                 Shape::Vacant => continue,
                 Shape::Mesh(mesh) => {
                     needs.meshes = true;
-                    needs.smooth_normals |= !scene.meshes[mesh as usize].normals.is_empty();
+                    needs.smooth_normals |= !scene.meshes[mesh as usize].data.normals.is_empty();
                 }
                 Shape::Sphere { .. } => needs.spheres = true,
                 Shape::Plane { .. } => needs.planes = true,
@@ -47,7 +47,7 @@ impl Features {
             needs.reflection |= material.reflection != Reflection::None;
             needs.transmission |= material.transmission().max_element() > 0.0;
         }
-        for light in &scene.lights {
+        for light in scene.lights.iter() {
             needs.spot_lights |= matches!(light.kind, LightKind::Spot { .. });
             needs.directional_lights |= matches!(light.kind, LightKind::Directional { .. });
             needs.fade |= light.fade.is_some();

@@ -46,7 +46,7 @@ fn bounds(scene: &FrameScene, instance: &Instance) -> Option<(DVec3, DVec3)> {
         Shape::Sphere { radius } => (DVec3::splat(-radius), DVec3::splat(radius)),
         Shape::Cuboid { min, max } => (min, max),
         Shape::Mesh(row) => {
-            let vertices = &scene.meshes.get(row as usize)?.vertices;
+            let vertices = &scene.meshes.get(row as usize)?.data.vertices;
             let first = *vertices.first()?;
             vertices.iter().fold((first, first), |(min, max), &vertex| {
                 (min.min(vertex), max.max(vertex))

@@ -3,13 +3,11 @@
 //! Written by extraction alone, read by tracers alone. Row numbers are stable while an entity lives, so a
 //! hit's `instance` names the same entity from frame to frame; freed rows hold [`Shape::Vacant`].
 
-use std::sync::Arc;
-
 use bevy_ecs::prelude::*;
 use glam::{DAffine3, DVec3, Vec3};
 
 use super::Features;
-use crate::world::{Fade, Material, MeshData, ToneMap};
+use crate::world::{Fade, Material, MeshRow, Table, ToneMap};
 
 /// Everything a tracer needs to know of a frame.
 #[derive(Resource, Clone, Debug, Default)]
@@ -21,13 +19,13 @@ pub struct FrameScene {
     /// Generations followed; the camera's ray is the first. A ray past the last is black.
     pub max_generations: u32,
     /// Lights that shine.
-    pub lights: Vec<Light>,
+    pub lights: Table<Light>,
     /// Material rows; row 0 is the default one, for shapes that name none.
-    pub materials: Vec<Material>,
-    /// Mesh rows. A changed mesh is another `Arc` in the same row.
-    pub meshes: Vec<Arc<MeshData>>,
+    pub materials: Table<Material>,
+    /// Mesh rows. A changed mesh is another `Arc` in the same row, a deformed one another deformation.
+    pub meshes: Table<MeshRow>,
     /// Shapes in the world.
-    pub instances: Vec<Instance>,
+    pub instances: Table<Instance>,
     /// What the rows above make necessary.
     pub features: Features,
 }

@@ -174,7 +174,7 @@ impl Trial {
         let world = &self.engine.world;
         let polygon = || {
             world.get::<Polygon>(entity)?;
-            let PolygonMesh(id) = world.get::<PolygonMesh>(entity)?;
+            let OwnMesh(id) = world.get::<OwnMesh>(entity)?;
             Some(Shape::Mesh(id.0))
         };
         let sphere = || {
@@ -227,12 +227,12 @@ impl Trial {
         let polygons = self
             .entities
             .iter()
-            .filter_map(|&e| world.get::<PolygonMesh>(e));
+            .filter_map(|&e| world.get::<OwnMesh>(e));
         let own: HashSet<u32> = polygons.map(|mesh| mesh.0.0).collect();
         for (row, mesh) in scene.meshes.iter().enumerate() {
             let is_used = own.contains(&(row as u32));
             assert_eq!(
-                !mesh.triangles.is_empty(),
+                !mesh.data.triangles.is_empty(),
                 is_used,
                 "{context}: mesh row {row}"
             );

@@ -67,6 +67,7 @@ impl PackedScene {
         let fresh: Vec<(usize, &Arc<MeshData>)> = scene
             .meshes
             .iter()
+            .map(|row| &row.data)
             .enumerate()
             .filter(|(i, mesh)| {
                 self.meshes

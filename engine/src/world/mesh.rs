@@ -6,6 +6,8 @@ use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 use glam::{DVec3, Vec3};
 
+use super::{Deformation, Structure, Table};
+
 /// Largest coordinate that has a place in a picture: its square still fits f32 (Embree draws the line there
 /// too). What lies beyond is reported and left out.
 pub const FARTHEST: f64 = 1e18;
@@ -91,28 +93,48 @@ impl MeshData {
     }
 }
 
+/// A mesh as tracers see it.
+#[derive(Clone, Debug, Default)]
+pub struct MeshRow {
+    /// Triangles, and vertices at rest.
+    pub data: Arc<MeshData>,
+    /// What is done to the vertices.
+    pub deformation: Option<Arc<Deformation>>,
+    /// What it is traced with.
+    pub structure: Structure,
+}
+
+impl From<MeshData> for MeshRow {
+    fn from(data: MeshData) -> Self {
+        Self {
+            data: Arc::new(data),
+            ..Self::default()
+        }
+    }
+}
+
 /// All meshes of the world. Rows are stable; a replaced row holds a new `Arc`.
 #[derive(Resource, Default, Debug)]
 pub struct Meshes {
-    rows: Vec<Arc<MeshData>>,
+    rows: Table<MeshRow>,
     vacant: Vec<MeshId>,
 }
 
 impl Meshes {
     /// Adds a mesh, in the row of a removed one if there is one.
-    pub fn add(&mut self, mesh: MeshData) -> MeshId {
-        if let Some(id) = self.vacant.pop() {
-            self.replace(id, mesh);
-            return id;
+    pub fn add(&mut self, mesh: impl Into<MeshRow>) -> MeshId {
+        match self.vacant.pop() {
+            Some(id) => {
+                self.replace(id, mesh);
+                id
+            }
+            None => MeshId(self.rows.push(mesh.into())),
         }
-        let id = u32::try_from(self.rows.len()).expect("fewer than 2^32 meshes");
-        self.rows.push(Arc::new(mesh));
-        MeshId(id)
     }
 
     /// Puts another mesh into a row.
-    pub fn replace(&mut self, id: MeshId, mesh: MeshData) {
-        self.rows[id.0 as usize] = Arc::new(mesh);
+    pub fn replace(&mut self, id: MeshId, mesh: impl Into<MeshRow>) {
+        self.rows.replace(id.0, mesh.into());
     }
 
     /// Frees a mesh that no entity shows any more; its row is empty until another mesh takes it.
@@ -121,13 +143,18 @@ impl Meshes {
         self.vacant.push(id);
     }
 
-    /// The mesh of a row.
+    /// The mesh of a row, at rest.
     pub fn get(&self, id: MeshId) -> Option<&Arc<MeshData>> {
-        self.rows.get(id.0 as usize)
+        self.rows.get(id.0 as usize).map(|row| &row.data)
     }
 
-    /// All rows in order of id.
-    pub fn rows(&self) -> &[Arc<MeshData>] {
+    /// All rows in order of id, and what changed.
+    pub fn rows(&self) -> &Table<MeshRow> {
         &self.rows
+    }
+
+    /// Ends a batch of changes; see [`Table::settle`]. Extraction calls it.
+    pub fn settle(&mut self) {
+        self.rows.settle();
     }
 }

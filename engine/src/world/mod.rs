@@ -1,9 +1,10 @@
 //! Components, and the systems that keep the derived ones true.
 //!
 //! People, timelines and editors write the plain components here; [`GlobalTransform`],
-//! [`GlobalVisibility`] and [`PolygonMesh`] are derived and have one writer each.
+//! [`GlobalVisibility`] and [`OwnMesh`] are derived and have one writer each.
 
 mod camera;
+mod deform;
 mod identity;
 mod light;
 mod material;
@@ -11,17 +12,22 @@ mod mesh;
 mod polygon;
 mod propagate;
 mod shape;
+mod structure;
+mod table;
 mod transform;
 mod visibility;
 
 pub use camera::{ActiveCamera, Camera, Projection, ToneMap, picture_camera};
+pub use deform::{DeformStep, Deformation, SkinBinding, VertexSets};
 pub use identity::{Background, SceneId, TraceDepth};
 pub use light::{DirectionalLight, Fade, PointLight, SpotLight};
 pub use material::{Lobe, Material, Reflection};
-pub use mesh::{FARTHEST, MeshData, MeshId, Meshes};
+pub use mesh::{FARTHEST, MeshData, MeshId, MeshRow, Meshes};
 pub use polygon::{newell_normal, triangulate, triangulate_polygons};
 pub use propagate::{Inherited, propagate};
-pub use shape::{Cuboid, Mesh, Plane, Polygon, PolygonMesh, Sphere, Surface};
+pub use shape::{Cuboid, Mesh, OwnMesh, Plane, Polygon, Sphere, Surface};
+pub use structure::Structure;
+pub use table::{Changes, Table};
 pub use transform::{GlobalTransform, Shear, Transform, world_from_local};
 pub use visibility::{GlobalVisibility, Visibility};
 
@@ -71,5 +77,6 @@ fn register_types(registry: &AppTypeRegistry) {
     registry.register::<Plane>();
     registry.register::<Cuboid>();
     registry.register::<Polygon>();
-    registry.register::<PolygonMesh>();
+    registry.register::<OwnMesh>();
+    registry.register::<Structure>();
 }

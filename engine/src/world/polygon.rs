@@ -6,18 +6,18 @@
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 
-use super::{MeshData, Meshes, Polygon, PolygonMesh};
+use super::{MeshData, Meshes, OwnMesh, Polygon};
 
-/// Keeps [`PolygonMesh`] in step with [`Polygon`]. A polygon that cannot be cut draws nothing and warns.
+/// Keeps [`OwnMesh`] in step with [`Polygon`]. A polygon that cannot be cut draws nothing and warns.
 pub fn triangulate_polygons(
     mut commands: Commands,
     mut meshes: ResMut<Meshes>,
-    polygons: Query<(Entity, &Polygon, Option<&PolygonMesh>), Changed<Polygon>>,
+    polygons: Query<(Entity, &Polygon, Option<&OwnMesh>), Changed<Polygon>>,
     mut removed: RemovedComponents<Polygon>,
-    left_over: Query<(), (With<PolygonMesh>, Without<Polygon>)>,
+    left_over: Query<(), (With<OwnMesh>, Without<Polygon>)>,
 ) {
     for entity in removed.read().filter(|&entity| left_over.contains(entity)) {
-        commands.entity(entity).remove::<PolygonMesh>();
+        commands.entity(entity).remove::<OwnMesh>();
     }
     for (entity, polygon, mesh) in &polygons {
         let data = triangulate(polygon).unwrap_or_else(|why| {
@@ -25,10 +25,10 @@ pub fn triangulate_polygons(
             MeshData::default()
         });
         match mesh {
-            Some(PolygonMesh(id)) => meshes.replace(*id, data),
+            Some(OwnMesh(id)) => meshes.replace(*id, data),
             None => {
                 let id = meshes.add(data);
-                commands.entity(entity).insert(PolygonMesh(id));
+                commands.entity(entity).insert(OwnMesh(id));
             }
         }
     }

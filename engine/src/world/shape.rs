@@ -99,17 +99,18 @@ impl Default for Polygon {
     }
 }
 
-/// The triangles a [`Polygon`] was cut into; written by [`super::triangulate_polygons`] only.
+/// A row of [`Meshes`] that no other entity shows: the triangles its [`Polygon`] was cut into, or its
+/// [`Mesh`] as its own deformation or structure makes it. Derived; tracers see it in place of [`Mesh`].
 ///
-/// It owns its row of [`Meshes`]: when it goes, by removal or with its entity, the row is free.
+/// When it goes, by removal or with its entity, the row is free.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 #[reflect(Component, Clone, PartialEq)]
 #[component(on_discard = free_row)]
-pub struct PolygonMesh(pub MeshId);
+pub struct OwnMesh(pub MeshId);
 
 fn free_row(mut world: DeferredWorld, context: HookContext) {
-    let mesh = world.get::<PolygonMesh>(context.entity).copied();
-    if let (Some(PolygonMesh(id)), Some(mut meshes)) = (mesh, world.get_resource_mut::<Meshes>()) {
+    let mesh = world.get::<OwnMesh>(context.entity).copied();
+    if let (Some(OwnMesh(id)), Some(mut meshes)) = (mesh, world.get_resource_mut::<Meshes>()) {
         meshes.remove(id);
     }
 }

@@ -130,7 +130,7 @@ impl Next {
     }
 
     fn spawn_shadows(&mut self, scene: &FrameScene, point: DVec3, normal: DVec3, origin: DVec3) {
-        for light in &scene.lights {
+        for light in scene.lights.iter() {
             let (to_light, distance) = match light.kind {
                 LightKind::Directional { to_light } => (to_light, f64::from(f32::MAX)),
                 LightKind::Point { position } | LightKind::Spot { position, .. } => {

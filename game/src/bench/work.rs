@@ -42,13 +42,14 @@ impl Work {
         let mut builder = Builder::new(scene);
         let reach = farthest(scene) * PLANE_REACH;
         let mut spheres = Vec::new();
-        for instance in &scene.instances {
+        for instance in scene.instances.iter() {
             let render_from_local = eye * instance.world_from_local;
             let material = instance.material;
             match instance.shape {
                 Shape::Vacant => {}
                 Shape::Mesh(mesh) => {
-                    let origin = DAffine3::from_translation(scene.meshes[mesh as usize].origin);
+                    let origin =
+                        DAffine3::from_translation(scene.meshes[mesh as usize].data.origin);
                     builder.add_mesh(mesh as usize, render_from_local * origin, material);
                 }
                 Shape::Cuboid { min, max } => {
@@ -85,7 +86,7 @@ struct Builder {
 
 impl Builder {
     fn new(scene: &FrameScene) -> Self {
-        let mut sources = scene.meshes.clone();
+        let mut sources: Vec<_> = scene.meshes.iter().map(|row| row.data.clone()).collect();
         sources.extend([Arc::new(cube()), Arc::new(quad())]);
         Self {
             work: Work {
@@ -133,7 +134,7 @@ impl Builder {
             ..FrameScene::default()
         };
         for mesh in &self.work.meshes {
-            frame.meshes.push(Arc::new(mesh_data(mesh)?));
+            frame.meshes.push(mesh_data(mesh)?.into());
         }
         let shapes = self.work.instances.iter().zip(&self.materials);
         for (&(mesh, map), &material) in shapes {
@@ -196,7 +197,7 @@ fn farthest(scene: &FrameScene) -> f64 {
             Shape::Sphere { radius } => (DVec3::ZERO, radius),
             Shape::Cuboid { min, max } => ((min + max) * 0.5, (max - min).length() * 0.5),
             Shape::Mesh(mesh) => {
-                let mesh = &scene.meshes[mesh as usize];
+                let mesh = &scene.meshes[mesh as usize].data;
                 let far = mesh.positions.iter().map(|p| p.length_squared());
                 (mesh.origin, f64::from(far.fold(0.0, f32::max).sqrt()))
             }

@@ -99,7 +99,7 @@ impl Whitted<'_> {
         let color = m.color.as_dvec3();
         let opaque = (1.0 - f64::from(m.filter) - f64::from(m.transmit)).max(0.0);
         let mut sum = color * (f64::from(m.emission) * opaque);
-        for light in &self.scene.lights {
+        for light in self.scene.lights.iter() {
             let (to_light, distance) = self.beam(light, surface.point);
             let cosine = surface.n_shade.dot(to_light);
             if cosine < 1e-10 || surface.n_geom.dot(to_light) < 1e-10 {

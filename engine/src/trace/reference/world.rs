@@ -65,7 +65,7 @@ impl World {
     pub fn refit(&mut self, scene: &FrameScene) -> u64 {
         let mut built = 0;
         self.meshes.truncate(scene.meshes.len());
-        for (i, mesh) in scene.meshes.iter().enumerate() {
+        for (i, mesh) in scene.meshes.iter().map(|row| &row.data).enumerate() {
             if self
                 .meshes
                 .get(i)
