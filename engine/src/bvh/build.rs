@@ -13,6 +13,7 @@ use crate::geom::Aabb;
 const STACK_SHARE: u32 = TRAVERSAL_CAPACITY / 2;
 
 /// A node of the binary tree on its way to four children.
+#[derive(Clone, Copy)]
 struct Binary {
     bounds: Aabb,
     /// Leaves: first of the primitives. Inner nodes: first of two neighbouring children.
@@ -125,47 +126,64 @@ fn medians(boxes: &[Aabb], max_leaf: u32) -> (Vec<Binary>, Vec<u32>) {
     (nodes, prims)
 }
 
-/// Collapses a binary tree: each node takes in grandchildren, largest area first, until it has four.
+/// Collapses a binary tree level by level: each node takes in grandchildren, largest area first, until it
+/// has four.
 fn widen(binary: &[Binary], prims: Vec<u32>) -> Tree {
     let mut tree = Tree {
-        nodes: vec![Node4::EMPTY],
         prims: Vec::with_capacity(prims.len()),
+        ..Tree::default()
     };
-    let mut pending = vec![(0_u32, 0_u32)];
-    while let Some((from, to)) = pending.pop() {
-        let mut group = [from; 4];
-        let mut size = 1;
-        while size < 4 {
-            let inner = (0..size).filter(|&i| binary[group[i] as usize].count == 0);
-            let area = |i: &usize| binary[group[*i] as usize].bounds.half_area();
-            let Some(open) = inner.max_by(|a, b| area(a).total_cmp(&area(b))) else {
-                break;
-            };
-            let children = binary[group[open] as usize].first;
-            group[open] = children;
-            group[size] = children + 1;
-            size += 1;
-        }
-        for (slot, &index) in group[..size].iter().enumerate() {
-            let node = &binary[index as usize];
-            let child = if node.count == 0 {
-                let child = tree.nodes.len() as u32;
-                tree.nodes.push(Node4::EMPTY);
-                pending.push((index, child));
-                Child::Node(child)
-            } else {
-                let first = tree.prims.len() as u32;
-                let range = node.first as usize..(node.first + node.count) as usize;
-                tree.prims.extend_from_slice(&prims[range]);
-                Child::Leaf {
+    // The binary node that each node stands for, in breadth-first order.
+    let mut sources = vec![0_u32];
+    tree.levels.push(0);
+    while tree.nodes.len() < sources.len() {
+        let level = tree.nodes.len()..sources.len();
+        tree.levels.push(level.end as u32);
+        for index in level {
+            let mut node = Node4::EMPTY;
+            let (group, size) = children_of(binary, sources[index]);
+            for (slot, &child) in group[..size].iter().enumerate() {
+                let Binary {
+                    bounds,
                     first,
-                    count: node.count,
-                }
-            };
-            tree.nodes[to as usize].set_child(slot, &node.bounds.grown(), child);
+                    count,
+                } = binary[child as usize];
+                let kind = if count == 0 {
+                    sources.push(child);
+                    Child::Node(sources.len() as u32 - 1)
+                } else {
+                    let place = tree.prims.len() as u32;
+                    let range = first as usize..(first + count) as usize;
+                    tree.prims.extend_from_slice(&prims[range]);
+                    Child::Leaf {
+                        first: place,
+                        count,
+                    }
+                };
+                node.set_child(slot, &bounds.grown(), kind);
+            }
+            tree.nodes.push(node);
         }
     }
     tree
+}
+
+/// The up to four binary nodes that become the children of a node, and how many they are.
+fn children_of(binary: &[Binary], from: u32) -> ([u32; 4], usize) {
+    let mut group = [from; 4];
+    let mut size = 1;
+    while size < 4 {
+        let inner = (0..size).filter(|&i| binary[group[i] as usize].count == 0);
+        let area = |i: &usize| binary[group[*i] as usize].bounds.half_area();
+        let Some(open) = inner.max_by(|a, b| area(a).total_cmp(&area(b))) else {
+            break;
+        };
+        let children = binary[group[open] as usize].first;
+        group[open] = children;
+        group[size] = children + 1;
+        size += 1;
+    }
+    (group, size)
 }
 
 #[cfg(test)]

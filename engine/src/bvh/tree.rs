@@ -1,15 +1,20 @@
 //! A tree: nodes, and primitives in the order of its leaves.
 
+use std::ops::Range;
+
 use super::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, Node4};
 use crate::geom::Aabb;
 
 /// A 4-wide tree over numbered boxes.
 #[derive(Clone, Debug, Default)]
 pub struct Tree {
-    /// Node 0 is the root; empty for no primitives. Children come after their parents.
+    /// Node 0 is the root; empty for no primitives. Breadth first: the children of a level's nodes are the
+    /// next level, in the same order.
     pub nodes: Vec<Node4>,
     /// Primitive numbers; a leaf names a range of these.
     pub prims: Vec<u32>,
+    /// `levels[d]..levels[d + 1]` are the nodes of depth d, the root's being 0; empty for no primitives.
+    pub levels: Vec<u32>,
 }
 
 /// What a slot of [`Node4::children`] says.
@@ -75,6 +80,16 @@ impl Node4 {
 }
 
 impl Tree {
+    /// Levels of nodes: 0 for no primitives, 1 for a root alone.
+    pub fn depth(&self) -> usize {
+        self.levels.len().saturating_sub(1)
+    }
+
+    /// The nodes of a level, less than [`Tree::depth`].
+    pub fn level(&self, depth: usize) -> Range<usize> {
+        self.levels[depth] as usize..self.levels[depth + 1] as usize
+    }
+
     /// Nodes a traversal may have to keep at once, whatever the ray.
     pub fn stack_need(&self) -> u32 {
         let mut need = vec![1_u32; self.nodes.len()];
@@ -93,23 +108,19 @@ impl Tree {
     }
 
     /// Walks the tree and checks every invariant: each primitive in exactly one leaf, every box around
-    /// all that is below it (exact compare), children after parents.
+    /// all that is below it (exact compare), nodes breadth first in the levels that are stated.
     ///
     /// # Errors
     /// The first violation, as a sentence.
     pub fn validate(&self, boxes: &[Aabb]) -> Result<(), String> {
+        self.validate_order()?;
         let mut seen = vec![0_u32; boxes.len()];
         let mut below = vec![Aabb::EMPTY; self.nodes.len()];
         for (index, node) in self.nodes.iter().enumerate().rev() {
             for slot in 0..4 {
                 let inside = match Child::decode(node.children[slot]) {
                     Child::None => continue,
-                    Child::Node(child) if (child as usize) <= index => {
-                        return Err(format!("node {index} has child {child}, not after it"));
-                    }
-                    Child::Node(child) => *below
-                        .get(child as usize)
-                        .ok_or_else(|| format!("node {index} names missing node {child}"))?,
+                    Child::Node(child) => below[child as usize],
                     Child::Leaf { first, count } => {
                         let range = first as usize..(first + count) as usize;
                         let prims = self
@@ -134,5 +145,35 @@ impl Tree {
             Some(prim) => Err(format!("primitive {prim} is in {} leaves", seen[prim])),
             None => Ok(()),
         }
+    }
+    /// Checks that nodes are in breadth-first order, each the child of one, and that the levels are theirs.
+    fn validate_order(&self) -> Result<(), String> {
+        let mut levels = if self.nodes.is_empty() {
+            vec![]
+        } else {
+            vec![0, 1]
+        };
+        let mut next = 1;
+        for (index, node) in self.nodes.iter().enumerate() {
+            if levels.last() == Some(&(index as u32)) {
+                levels.push(next);
+            }
+            for &slot in &node.children {
+                match Child::decode(slot) {
+                    Child::Node(child) if child != next => {
+                        return Err(format!("node {index} has child {child} for {next}"));
+                    }
+                    Child::Node(_) => next += 1,
+                    Child::None | Child::Leaf { .. } => {}
+                }
+            }
+        }
+        if !self.nodes.is_empty() && next as usize != self.nodes.len() {
+            return Err(format!("{next} nodes of {} are reached", self.nodes.len()));
+        }
+        if levels != self.levels {
+            return Err(format!("levels {:?} for {levels:?}", self.levels));
+        }
+        Ok(())
     }
 }
