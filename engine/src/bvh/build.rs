@@ -12,6 +12,10 @@ use crate::geom::Aabb;
 /// Nodes that one tree may ask of a traversal's stack: half of it, for there are two levels of trees.
 const STACK_SHARE: u32 = TRAVERSAL_CAPACITY / 2;
 
+/// What visiting a binary node costs, in tests of a triangle, when leaves are formed. Of 1, 1.5, 2 and 3 the
+/// last gave rays as fast as any in a mesh of a million triangles, and the fewest nodes to refit.
+const NODE_COST: f32 = 3.0;
+
 /// A node of the binary tree on its way to four children.
 #[derive(Clone, Copy)]
 struct Binary {
@@ -67,7 +71,7 @@ fn ploc(boxes: &[Aabb], max_leaf: u32, reinsertion: f32) -> (Vec<Binary>, Vec<u3
         ReinsertionOptimizer::default().run(&mut tree, reinsertion, None);
     }
     if max_leaf > 1 {
-        collapse(&mut tree, max_leaf, 1.0);
+        collapse(&mut tree, max_leaf, NODE_COST);
     }
     let nodes = tree.nodes.iter().map(|n| Binary {
         bounds: Aabb {
@@ -183,6 +187,8 @@ fn children_of(binary: &[Binary], from: u32) -> ([u32; 4], usize) {
         group[size] = children + 1;
         size += 1;
     }
+    // Inner nodes first: a refit then branches more predictably.
+    group[..size].sort_unstable_by_key(|&i| binary[i as usize].count);
     (group, size)
 }
 

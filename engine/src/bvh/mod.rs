@@ -6,9 +6,12 @@
 //! with the slab rule of [`crate::geom::SlabRay`] no hit is ever culled.
 
 mod build;
+mod extent;
 mod node;
+mod refit;
 mod tree;
 
+pub use extent::Extent;
 pub use node::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, Node4};
 pub use tree::{Child, Tree};
 
