@@ -15,9 +15,10 @@ pub struct Frame;
 pub enum FrameSet {
     /// Window events and the clock become `Input` and `Time`.
     Input,
-    /// The timeline poses what the scene keys. It may write any field of any entity, so it is alone here.
+    /// Motion components pose what they move, then the timeline what the scene keys. It may write any field of
+    /// any entity, so nothing else is here.
     Animate,
-    /// Motion and game rules write transforms, materials and lights.
+    /// Game rules write transforms, materials and lights.
     Simulate,
     /// Editor panels and queued edits write components and settings.
     Edit,

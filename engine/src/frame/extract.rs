@@ -206,11 +206,11 @@ fn extract_instances(
 }
 
 fn write_instance(scene: &mut FrameScene, rows: &mut Rows, parts: ShapeParts) {
-    let (entity, transform, visible, surface, mesh, polygon, sphere, plane, cuboid) = parts;
-    let shape = if let Some(mesh) = mesh {
+    let (entity, transform, visible, surface, mesh, own, sphere, plane, cuboid) = parts;
+    let shape = if let Some(own) = own {
+        Shape::Mesh(own.0.0)
+    } else if let Some(mesh) = mesh {
         Shape::Mesh(mesh.0.0)
-    } else if let Some(polygon) = polygon {
-        Shape::Mesh(polygon.0.0)
     } else if let Some(sphere) = sphere {
         Shape::Sphere {
             radius: sphere.radius,

@@ -10,6 +10,7 @@ mod plane;
 mod ray;
 mod sphere;
 mod triangle;
+mod trig;
 mod unit;
 
 pub use aabb::Aabb;
@@ -20,4 +21,5 @@ pub use plane::intersect_plane;
 pub use ray::{FAR_WIDENING, SlabRay, safe_reciprocal};
 pub use sphere::{SphereRoots, intersect_sphere};
 pub use triangle::{Shear, TriangleHit};
+pub use trig::sin_cos;
 pub use unit::unit_or;

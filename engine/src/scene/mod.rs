@@ -43,7 +43,11 @@ pub fn plugin(engine: &mut Engine) {
     let registry = engine.world.get_resource_or_init::<AppTypeRegistry>();
     registry.write().register::<MeshSource>();
     registry.write().register::<Imported>();
-    engine.add_systems(FrameSet::Animate, play_timeline);
+    // Cameras look at where things in motion are now.
+    engine.add_systems(
+        FrameSet::Animate,
+        play_timeline.after(crate::world::move_things),
+    );
 }
 
 /// Loads a scene file in place of the scene that is there.

@@ -3,13 +3,16 @@
 //! Here f64 becomes f32: positions relative to the eye are subtracted in f64 first, so a scene far from
 //! the origin packs to the same bits as the same scene near it.
 
+mod deform;
 mod instance;
 mod rows;
 
 use std::sync::Arc;
 
+use glam::Vec3;
 use rayon::prelude::*;
 
+use self::deform::{Adjacency, deform_positions, vertex_normals};
 use self::instance::instance_row;
 use self::rows::{light_row, material_row, view_row};
 use crate::bvh::{Child, Node4, Tree};
@@ -19,7 +22,7 @@ use crate::frame::wire::{
 };
 use crate::frame::{FrameScene, Shape, TraceSettings};
 use crate::geom::Aabb;
-use crate::world::MeshData;
+use crate::world::{Deformation, MeshData, MeshRow};
 
 /// The rows of a frame.
 #[derive(Default)]
@@ -54,6 +57,9 @@ pub struct PackedScene {
 /// A mesh's tree and where its rows are.
 struct PackedMesh {
     source: Arc<MeshData>,
+    deformation: Option<Arc<Deformation>>,
+    positions: Vec<Vec3>,
+    normals: Vec<Vec3>,
     tree: Tree,
     bounds: Aabb,
     root: u32,
@@ -64,15 +70,14 @@ impl PackedScene {
     /// Builds the trees of meshes that are new or changed and lays all meshes out again if any was.
     pub fn refit(&mut self, scene: &FrameScene) {
         self.trees_updated = 0;
-        let fresh: Vec<(usize, &Arc<MeshData>)> = scene
+        let fresh: Vec<(usize, &MeshRow)> = scene
             .meshes
             .iter()
-            .map(|row| &row.data)
             .enumerate()
-            .filter(|(i, mesh)| {
-                self.meshes
-                    .get(*i)
-                    .is_none_or(|packed| !Arc::ptr_eq(&packed.source, mesh))
+            .filter(|(i, row)| {
+                self.meshes.get(*i).is_none_or(|packed| {
+                    !Arc::ptr_eq(&packed.source, &row.data) || packed.deformation != row.deformation
+                })
             })
             .collect();
         if fresh.is_empty() && self.meshes.len() == scene.meshes.len() {
@@ -80,7 +85,7 @@ impl PackedScene {
         }
         let built: Vec<(usize, PackedMesh)> = fresh
             .into_par_iter()
-            .map(|(i, mesh)| (i, PackedMesh::build(Arc::clone(mesh))))
+            .map(|(i, row)| (i, PackedMesh::build(row)))
             .collect();
         self.trees_updated = built.len() as u64;
         self.meshes.truncate(scene.meshes.len());
@@ -105,12 +110,12 @@ impl PackedScene {
             self.nodes.extend_from_slice(&mesh.tree.nodes);
             for &prim in &mesh.tree.prims {
                 let corners = mesh.source.triangles[prim as usize];
-                let [a, b, c] = corners.map(|i| mesh.source.positions[i as usize].to_array());
+                let [a, b, c] = corners.map(|i| mesh.positions[i as usize].to_array());
                 let mut normals = NONE;
-                if !mesh.source.normals.is_empty() {
+                if !mesh.normals.is_empty() {
                     normals = self.normals.len() as u32;
                     self.normals.extend(corners.map(|i| NormalRow {
-                        normal: mesh.source.normals[i as usize].to_array(),
+                        normal: mesh.normals[i as usize].to_array(),
                         spare: 0,
                     }));
                 }
@@ -190,8 +195,16 @@ impl PackedScene {
 }
 
 impl PackedMesh {
-    fn build(source: Arc<MeshData>) -> Self {
-        let corner = |i: u32| source.positions[i as usize];
+    fn build(row: &MeshRow) -> Self {
+        let source = Arc::clone(&row.data);
+        let (mut positions, mut normals) = (source.positions.clone(), source.normals.clone());
+        if let Some(deformation) = &row.deformation {
+            deform_positions(&source, deformation, &mut positions);
+            if !normals.is_empty() {
+                vertex_normals(&source, &Adjacency::of(&source), &positions, &mut normals);
+            }
+        }
+        let corner = |i: u32| positions[i as usize];
         let boxes: Vec<Aabb> = source
             .triangles
             .iter()
@@ -202,6 +215,9 @@ impl PackedMesh {
             bounds: boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b)),
             root: 0,
             first_triangle: 0,
+            deformation: row.deformation.clone(),
+            positions,
+            normals,
             source,
         }
     }

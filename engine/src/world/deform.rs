@@ -4,6 +4,14 @@
 //! f32 tracers evaluate it relative to [`super::MeshData::origin`], the reference in f64. A vertex goes
 //! through the steps in order; normals of smooth meshes follow from the deformed triangles.
 
+mod poses;
+mod procedural;
+mod skin;
+
+pub use poses::{KeyFrames, Morph};
+pub use procedural::{Twist, Wave};
+pub use skin::Skin;
+
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
@@ -66,7 +74,7 @@ pub enum DeformStep {
 }
 
 /// Sets of one vector a vertex. Compared by identity: two sets of equal numbers are different sets.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct VertexSets {
     /// Vertices of the mesh.
     pub vertices: usize,
@@ -94,12 +102,49 @@ impl PartialEq for VertexSets {
 }
 
 /// Joints and weights of every vertex. Compared by identity.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub struct SkinBinding {
     /// Joints of each vertex; unused places have weight 0.
     pub joints: Vec<[u32; 4]>,
     /// Sum to 1.
     pub weights: Vec<[f32; 4]>,
+    highest_joint: u32,
+}
+
+impl SkinBinding {
+    /// A binding of as many vertices as there are joints and weights; weights are made to sum to 1.
+    ///
+    /// # Errors
+    /// A sentence that names the first vertex whose weights are negative, not finite or all 0, or says that
+    /// the counts differ.
+    pub fn new(joints: Vec<[u32; 4]>, mut weights: Vec<[f32; 4]>) -> Result<Self, String> {
+        if joints.len() != weights.len() {
+            return Err(format!(
+                "joints of {} vertices, weights of {}",
+                joints.len(),
+                weights.len()
+            ));
+        }
+        for (vertex, row) in weights.iter_mut().enumerate() {
+            let sum: f64 = row.iter().map(|&weight| f64::from(weight)).sum();
+            let valid = row.iter().all(|&weight| weight >= 0.0) && sum > 0.0 && sum.is_finite();
+            if !valid {
+                return Err(format!("the weights of vertex {vertex} are {row:?}"));
+            }
+            *row = row.map(|weight| (f64::from(weight) / sum) as f32);
+        }
+        let highest_joint = joints.iter().flatten().copied().max().unwrap_or(0);
+        Ok(Self {
+            joints,
+            weights,
+            highest_joint,
+        })
+    }
+
+    /// The highest number of a joint that a vertex names.
+    pub fn highest_joint(&self) -> u32 {
+        self.highest_joint
+    }
 }
 
 impl PartialEq for SkinBinding {

@@ -26,6 +26,8 @@ pub struct MeshData {
     pub path: String,
     /// Subtracted in f64 before rounding to f32: the centre of the bounds.
     pub origin: DVec3,
+    /// Length of the diagonal of the bounds.
+    pub extent: f64,
     /// Vertices as given.
     pub vertices: Vec<DVec3>,
     /// Vertices minus `origin`, rounded: what f32 tracers read.
@@ -74,17 +76,19 @@ impl MeshData {
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(min, max), &v| {
                 (min.min(v), max.max(v))
             });
-        let origin = if vertices.is_empty() {
-            DVec3::ZERO
+        let (origin, extent) = if vertices.is_empty() {
+            (DVec3::ZERO, 0.0)
         } else {
             // Rounded to f32 so that meshes whose vertices are f32 stay exact after the subtraction.
-            ((min + max) * 0.5).as_vec3().as_dvec3()
+            let origin = ((min + max) * 0.5).as_vec3().as_dvec3();
+            (origin, (max - min).length())
         };
         let positions = vertices.iter().map(|&v| (v - origin).as_vec3()).collect();
         Ok(Self {
             name: name.into(),
             path: String::new(),
             origin,
+            extent,
             vertices,
             positions,
             normals,

@@ -1,14 +1,19 @@
 //! Components, and the systems that keep the derived ones true.
 //!
 //! People, timelines and editors write the plain components here; [`GlobalTransform`],
-//! [`GlobalVisibility`] and [`OwnMesh`] are derived and have one writer each.
+//! [`GlobalVisibility`] and [`OwnMesh`] are derived and have one writer each. Things in motion ([`Orbit`] and its
+//! like) have their [`Transform`] written for them.
 
 mod camera;
+mod changes;
+mod cycle;
 mod deform;
 mod identity;
 mod light;
 mod material;
 mod mesh;
+mod motion;
+mod own_mesh;
 mod polygon;
 mod propagate;
 mod shape;
@@ -18,12 +23,18 @@ mod transform;
 mod visibility;
 
 pub use camera::{ActiveCamera, Camera, Projection, ToneMap, picture_camera};
-pub use deform::{DeformStep, Deformation, SkinBinding, VertexSets};
+pub use changes::any_changed;
+pub use cycle::{Loop, turn};
+pub use deform::{
+    DeformStep, Deformation, KeyFrames, Morph, Skin, SkinBinding, Twist, VertexSets, Wave,
+};
 pub use identity::{Background, SceneId, TraceDepth};
 pub use light::{DirectionalLight, Fade, PointLight, SpotLight};
 pub use material::{Lobe, Material, Reflection};
 pub use mesh::{FARTHEST, MeshData, MeshId, MeshRow, Meshes};
-pub use polygon::{newell_normal, triangulate, triangulate_polygons};
+pub use motion::{Orbit, PathMotion, Rest, Spin, Sway, move_things};
+pub use own_mesh::derive_own_meshes;
+pub use polygon::{newell_normal, triangulate};
 pub use propagate::{Inherited, propagate};
 pub use shape::{Cuboid, Mesh, OwnMesh, Plane, Polygon, Sphere, Surface};
 pub use structure::Structure;
@@ -37,7 +48,8 @@ use bevy_ecs::reflect::AppTypeRegistry;
 use crate::app::Engine;
 use crate::schedule::FrameSet;
 
-/// Adds the world's resources, its reflected types and its systems (set [`FrameSet::Propagate`]).
+/// Adds the world's resources, its reflected types and its systems (sets [`FrameSet::Animate`] and
+/// [`FrameSet::Propagate`]).
 pub fn plugin(engine: &mut Engine) {
     let world = &mut engine.world;
     world.init_resource::<Meshes>();
@@ -45,12 +57,13 @@ pub fn plugin(engine: &mut Engine) {
     world.init_resource::<Background>();
     world.init_resource::<TraceDepth>();
     register_types(&world.get_resource_or_init::<AppTypeRegistry>());
+    engine.add_systems(FrameSet::Animate, move_things);
     engine.add_systems(
         FrameSet::Propagate,
         (
             propagate::<GlobalTransform>,
             propagate::<GlobalVisibility>,
-            triangulate_polygons,
+            derive_own_meshes,
         )
             .chain(),
     );
@@ -79,4 +92,14 @@ fn register_types(registry: &AppTypeRegistry) {
     registry.register::<Polygon>();
     registry.register::<OwnMesh>();
     registry.register::<Structure>();
+    registry.register::<Rest>();
+    registry.register::<Orbit>();
+    registry.register::<Spin>();
+    registry.register::<Sway>();
+    registry.register::<PathMotion>();
+    registry.register::<KeyFrames>();
+    registry.register::<Morph>();
+    registry.register::<Skin>();
+    registry.register::<Wave>();
+    registry.register::<Twist>();
 }

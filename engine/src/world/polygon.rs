@@ -1,38 +1,11 @@
-//! Cuts polygons into triangles, once per change of the polygon.
+//! Cuts polygons into triangles; [`super::derive_own_meshes`] does so once per change of the polygon.
 //!
 //! Ear clipping (the `earcutr` crate) in the dominant plane of Newell's normal; vertices are not moved.
 //! The report (2008) tested polygons by even-odd rule in that same plane; the tests compare the two.
 
-use bevy_ecs::prelude::*;
 use glam::DVec3;
 
-use super::{MeshData, Meshes, OwnMesh, Polygon};
-
-/// Keeps [`OwnMesh`] in step with [`Polygon`]. A polygon that cannot be cut draws nothing and warns.
-pub fn triangulate_polygons(
-    mut commands: Commands,
-    mut meshes: ResMut<Meshes>,
-    polygons: Query<(Entity, &Polygon, Option<&OwnMesh>), Changed<Polygon>>,
-    mut removed: RemovedComponents<Polygon>,
-    left_over: Query<(), (With<OwnMesh>, Without<Polygon>)>,
-) {
-    for entity in removed.read().filter(|&entity| left_over.contains(entity)) {
-        commands.entity(entity).remove::<OwnMesh>();
-    }
-    for (entity, polygon, mesh) in &polygons {
-        let data = triangulate(polygon).unwrap_or_else(|why| {
-            tracing::warn!("polygon of {entity} draws nothing: {why}");
-            MeshData::default()
-        });
-        match mesh {
-            Some(OwnMesh(id)) => meshes.replace(*id, data),
-            None => {
-                let id = meshes.add(data);
-                commands.entity(entity).insert(OwnMesh(id));
-            }
-        }
-    }
-}
+use super::{MeshData, Polygon};
 
 /// Triangles that cover the polygon's inside once.
 ///

@@ -80,6 +80,7 @@ impl Default for Cuboid {
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[require(Transform, Visibility)]
+#[component(summary_tick)]
 pub struct Polygon {
     /// Outer loop first, then holes; corners in order, either winding, not repeated at the end.
     pub loops: Vec<Vec<DVec3>>,

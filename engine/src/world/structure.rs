@@ -9,6 +9,7 @@ use bevy_reflect::prelude::*;
 /// entity that carries this component has a tree of its own.
 #[derive(Component, Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 pub enum Structure {
     /// A tree of boxes, four children a node.
     #[default]

@@ -3,6 +3,7 @@
 //! It shares no kernel with the f32 tracers, only the frame's data and the model; Rust does not contract
 //! a*b+c, so every operation is IEEE double.
 
+pub(super) mod deform;
 mod shape;
 mod tree;
 mod whitted;

@@ -4,11 +4,12 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3};
 
+use super::deform;
 use super::shape::{self, LocalHit, LocalRay};
 use super::tree::{MeshTree, enters};
 use crate::frame::{FrameScene, Shape};
 use crate::trace::Ray;
-use crate::world::MeshData;
+use crate::world::{Deformation, MeshData, MeshRow};
 
 /// Orders hits: t, then instance, then primitive.
 pub type Key = (f64, u32, u32);
@@ -53,32 +54,64 @@ struct Placed {
     normal_map: DMat3,
 }
 
+/// A mesh as it is deformed.
+struct Shown {
+    /// What it was made from.
+    source: Arc<MeshData>,
+    deformation: Option<Arc<Deformation>>,
+    /// Triangles and deformed vertices.
+    mesh: MeshData,
+    /// One a vertex for smooth shading; empty: flat.
+    normals: Vec<DVec3>,
+    tree: MeshTree,
+}
+
+impl Shown {
+    fn new(row: &MeshRow) -> Self {
+        let deformation = row.deformation.clone();
+        let vertices = deform::vertices(&row.data, deformation.as_deref());
+        let normals = deform::normals(&row.data, deformation.is_some(), &vertices);
+        let mesh = MeshData {
+            vertices,
+            triangles: row.data.triangles.clone(),
+            ..MeshData::default()
+        };
+        Self {
+            source: Arc::clone(&row.data),
+            deformation,
+            tree: MeshTree::build(&mesh),
+            mesh,
+            normals,
+        }
+    }
+
+    fn is_of(&self, row: &MeshRow) -> bool {
+        Arc::ptr_eq(&self.source, &row.data) && self.deformation == row.deformation
+    }
+}
+
 /// All instances, placed relative to the eye, with the meshes' trees.
 #[derive(Default)]
 pub struct World {
-    meshes: Vec<(Arc<MeshData>, MeshTree)>,
+    meshes: Vec<Shown>,
     placed: Vec<Placed>,
 }
 
 impl World {
-    /// Builds trees of new meshes; returns how many.
+    /// Deforms meshes that are new or changed and builds their trees; returns how many.
     pub fn refit(&mut self, scene: &FrameScene) -> u64 {
         let mut built = 0;
         self.meshes.truncate(scene.meshes.len());
-        for (i, mesh) in scene.meshes.iter().map(|row| &row.data).enumerate() {
-            if self
-                .meshes
-                .get(i)
-                .is_some_and(|old| Arc::ptr_eq(&old.0, mesh))
-            {
+        for (i, row) in scene.meshes.iter().enumerate() {
+            if self.meshes.get(i).is_some_and(|shown| shown.is_of(row)) {
                 continue;
             }
             built += 1;
-            let entry = (Arc::clone(mesh), MeshTree::build(mesh));
+            let shown = Shown::new(row);
             if i < self.meshes.len() {
-                self.meshes[i] = entry;
+                self.meshes[i] = shown;
             } else {
-                self.meshes.push(entry);
+                self.meshes.push(shown);
             }
         }
         built
@@ -127,8 +160,8 @@ impl World {
             match placed.shape {
                 Shape::Vacant => {}
                 Shape::Mesh(mesh) => {
-                    let (mesh, tree) = &self.meshes[mesh as usize];
-                    tree.hits(mesh, &local, offer);
+                    let shown = &self.meshes[mesh as usize];
+                    shown.tree.hits(&shown.mesh, &local, offer);
                 }
                 Shape::Sphere { radius } => {
                     let bounds = DVec3::splat(radius);
@@ -160,14 +193,14 @@ impl World {
         let placed = &self.placed[index.expect("a hit names a placed instance")];
         let local = match placed.shape {
             Shape::Mesh(mesh) => {
-                let mesh = &self.meshes[mesh as usize].0;
+                let Shown { mesh, normals, .. } = &self.meshes[mesh as usize];
                 let corners = mesh.triangles[prim as usize].map(|i| i as usize);
                 let [a, b, c] = corners.map(|i| mesh.vertices[i]);
                 let face = (b - a).cross(c - a);
-                if mesh.normals.is_empty() {
+                if normals.is_empty() {
                     (face, face)
                 } else {
-                    let [na, nb, nc] = corners.map(|i| mesh.normals[i].as_dvec3());
+                    let [na, nb, nc] = corners.map(|i| normals[i]);
                     let w = 1.0 - hit.uv.x - hit.uv.y;
                     (face, na * w + nb * hit.uv.x + nc * hit.uv.y)
                 }
