@@ -27,6 +27,11 @@ const CHILD_NONE: u32 = 0xffffffffu;
 const CHILD_LEAF: u32 = 0x80000000u;
 const LEAF_COUNT_SHIFT: u32 = 28u;
 const LEAF_FIRST_MASK: u32 = 0x0fffffffu;
+const STEP_KEYS: u32 = 0u;
+const STEP_MORPH: u32 = 1u;
+const STEP_SKIN: u32 = 2u;
+const STEP_WAVE: u32 = 3u;
+const STEP_TWIST: u32 = 4u;
 
 struct ViewRow {
     forward: vec3f,
@@ -136,4 +141,49 @@ struct CounterRow {
     media_overflows: atomic<u32>,
     straight_overflows: atomic<u32>,
     spare: array<u32, 2>,
+}
+
+struct StageRow {
+    first: u32,
+    count: u32,
+    level: u32,
+    levels: u32,
+}
+
+struct JobRow {
+    first_group: u32,
+    count: u32,
+    first: u32,
+    root: u32,
+    first_triangle: u32,
+    first_vertex: u32,
+    partial: u32,
+    rest: u32,
+    step_count: u32,
+    spare: array<u32, 3>,
+}
+
+struct StepRow {
+    kind: u32,
+    from_set: u32,
+    to_set: u32,
+    params: u32,
+    count: u32,
+    spare: array<u32, 3>,
+}
+
+struct BoxRow {
+    min: vec3f,
+    spare: u32,
+    max: vec3f,
+    spare_too: u32,
+}
+
+struct BuildRow {
+    least: array<atomic<u32>, 3>,
+    live: atomic<u32>,
+    greatest: array<atomic<u32>, 3>,
+    spare: u32,
+    level_nodes: array<atomic<u32>, 16>,
+    level_starts: array<u32, 16>,
 }

@@ -8,7 +8,8 @@ use orrery_engine::bvh;
 use orrery_engine::frame::Features;
 use orrery_engine::frame::wire::{self, *};
 use orrery_engine::trace::gpu::{
-    Kernel, SCENE_BINDINGS, STORAGE_BUFFERS, Specialisation, TYPES_SOURCE, shader_module,
+    Access, Kernel, SCENE_BINDINGS, STORAGE_BUFFERS, Specialisation, TYPES_SOURCE, shader_module,
+    tree_bindings,
 };
 
 /// A struct: its size, and name, offset and size of each field.
@@ -129,6 +130,46 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             straight_overflows,
             spare,
         }),
+        layout_of!(StageRow {
+            first,
+            count,
+            level,
+            levels
+        }),
+        layout_of!(JobRow {
+            first_group,
+            count,
+            first,
+            root,
+            first_triangle,
+            first_vertex,
+            partial,
+            rest,
+            step_count,
+            spare,
+        }),
+        layout_of!(StepRow {
+            kind,
+            from_set,
+            to_set,
+            params,
+            count,
+            spare
+        }),
+        layout_of!(BoxRow {
+            min,
+            spare,
+            max,
+            spare_too
+        }),
+        layout_of!(BuildRow {
+            least,
+            live,
+            greatest,
+            spare,
+            level_nodes,
+            level_starts,
+        }),
     ])
 }
 
@@ -144,6 +185,7 @@ fn rust_constants() -> BTreeMap<&'static str, u32> {
         MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, LIGHT_POINT, LIGHT_DIRECTIONAL,
         LIGHT_SPOT, PROJECTION_PERSPECTIVE, PROJECTION_ORTHOGRAPHIC, QUERY_CLOSEST, QUERY_ANY,
         MEDIA_CAPACITY, GENERATIONS_CAPACITY, STRAIGHT_CAPACITY, TRAVERSAL_CAPACITY,
+        STEP_KEYS, STEP_MORPH, STEP_SKIN, STEP_WAVE, STEP_TWIST,
     );
     let of_nodes = constants!(bvh: CHILD_NONE, CHILD_LEAF, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK);
     of_rows.into_iter().chain(of_nodes).collect()
@@ -293,5 +335,39 @@ fn kernels_bind_what_the_layouts_and_the_table_say() {
                 "the picture kernel uses every binding"
             );
         }
+    }
+}
+
+#[test]
+fn kernels_of_trees_bind_what_the_layouts_and_the_table_say() {
+    let table = include_str!("../../shaders/README.md");
+    for kernel in Kernel::ALL {
+        let bound = tree_bindings(kernel);
+        if bound.is_empty() {
+            continue;
+        }
+        let module = shader_module(kernel, Specialisation::new(all_features(), 8)).unwrap();
+        let found: Vec<_> = bindings(&module)
+            .into_iter()
+            .map(|(group, binding, name, space)| {
+                assert_eq!(group, 0, "{kernel:?} binds {name} in another group");
+                (binding, name, space)
+            })
+            .collect();
+        let expected = std::iter::once((0, "stage", AddressSpace::Uniform));
+        let buffers = bound.iter().zip(1..).map(|(&(name, access), binding)| {
+            let mut uses = naga::StorageAccess::LOAD;
+            uses.set(naga::StorageAccess::STORE, access == Access::Write);
+            (binding, name, AddressSpace::Storage { access: uses })
+        });
+        let expected: Vec<_> = expected
+            .chain(buffers)
+            .map(|(binding, name, space)| (binding, name.to_owned(), space))
+            .collect();
+        assert_eq!(found, expected, "{kernel:?}: WGSL, then the layout");
+        assert!(bound.len() <= STORAGE_BUFFERS as usize, "{kernel:?}");
+        let names: Vec<String> = bound.iter().map(|(name, _)| format!("`{name}`")).collect();
+        let row = format!("| `{}.wgsl` | {} |", kernel.name(), names.join(", "));
+        assert!(table.contains(&row), "shaders/README.md lacks {row}");
     }
 }

@@ -94,3 +94,10 @@ fn rays_compose_for_each_mix_of_shapes() {
         compose(Kernel::Intersect, features(shapes << 2), 1);
     }
 }
+
+#[test]
+fn kernels_of_trees_compose() {
+    for kernel in Kernel::ALL {
+        compose(kernel, Features::default(), 1);
+    }
+}

@@ -6,6 +6,12 @@
 
 use bytemuck::{Pod, Zeroable};
 
+mod trees;
+
+pub use self::trees::{
+    BoxRow, BuildRow, JobRow, STEP_KEYS, STEP_MORPH, STEP_SKIN, STEP_TWIST, STEP_WAVE, StageRow,
+    StepRow,
+};
 pub use crate::bvh::{Node4, TRAVERSAL_CAPACITY};
 use crate::geom::AffineRows;
 

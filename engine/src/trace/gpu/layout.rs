@@ -1,13 +1,14 @@
 //! What kernels bind: group 0 the frame, group 1 the scene, group 2 what the pass works on.
 //!
-//! Twin of `shaders/shared/scene.wgsl` and the heads of the kernels; the table is in `shaders/README.md`.
+//! Kernels that work on trees have one group of their own. Twin of `shaders/shared/scene.wgsl` and the heads of the kernels; the table is in `shaders/README.md`.
 //! Two storage buffers of group 2 and the six of group 1 are the eight that every device has.
 
+use std::collections::HashMap;
 use std::num::NonZeroU64;
 
 use super::context::Gpu;
 use super::shader::Kernel;
-use crate::frame::wire::{PassRow, ViewRow};
+use crate::frame::wire::{PassRow, StageRow, ViewRow};
 
 /// Rows of group 1: binding number and name, in order.
 pub const SCENE_BINDINGS: [&str; 6] = [
@@ -19,6 +20,62 @@ pub const SCENE_BINDINGS: [&str; 6] = [
     "lights",
 ];
 
+/// How a kernel uses a buffer.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Access {
+    /// It reads.
+    Read,
+    /// It reads and writes.
+    Write,
+}
+
+/// What a kernel that works on trees binds in its only group, behind the uniform `stage`: names and uses in
+/// order. Empty for the kernels that trace.
+pub fn tree_bindings(kernel: Kernel) -> &'static [(&'static str, Access)] {
+    use Access::{Read, Write};
+    match kernel {
+        Kernel::Whitted | Kernel::Intersect => &[],
+        Kernel::Deform => &[
+            ("jobs", Read),
+            ("vertices", Write),
+            ("data", Read),
+            ("steps", Read),
+            ("params", Read),
+        ],
+        Kernel::Normals => &[("jobs", Read), ("vertices", Write), ("data", Read)],
+        Kernel::Refit => &[
+            ("jobs", Read),
+            ("triangles", Read),
+            ("nodes", Write),
+            ("vertices", Read),
+            ("partials", Write),
+        ],
+        Kernel::Cost => &[
+            ("jobs", Read),
+            ("partials", Read),
+            ("nodes", Write),
+            ("costs", Write),
+        ],
+        Kernel::Span => &[("boxes", Read), ("build", Write)],
+        Kernel::Morton => &[("boxes", Read), ("build", Write), ("pairs", Write)],
+        Kernel::SortCount => &[("pairs", Read), ("counts", Write)],
+        Kernel::SortScan => &[("counts", Write), ("totals", Write)],
+        Kernel::SortScatter => &[
+            ("pairs", Read),
+            ("counts", Read),
+            ("totals", Read),
+            ("sorted", Write),
+        ],
+        Kernel::Split => &[
+            ("pairs", Read),
+            ("build", Write),
+            ("nodes", Write),
+            ("ranges", Write),
+        ],
+        Kernel::Fit => &[("boxes", Read), ("build", Write), ("nodes", Write)],
+    }
+}
+
 /// The layouts of all groups and kernels.
 pub struct Layouts {
     /// Group 0: view, and the pass at a dynamic offset.
@@ -29,6 +86,8 @@ pub struct Layouts {
     pub picture: wgpu::BindGroupLayout,
     /// Group 2 of rays: rays (read only), hits.
     pub rays: wgpu::BindGroupLayout,
+    /// The only group of each kernel of [`tree_bindings`].
+    trees: HashMap<Kernel, wgpu::BindGroupLayout>,
 }
 
 impl Layouts {
@@ -60,7 +119,20 @@ impl Layouts {
                 })
         };
         let uniform = wgpu::BufferBindingType::Uniform;
+        let tree = |kernel: Kernel| {
+            let bindings = tree_bindings(kernel)
+                .iter()
+                .map(|(_, access)| match access {
+                    Access::Read => (readable, false, None),
+                    Access::Write => (writable, false, None),
+                });
+            let stage = (uniform, true, Some(size_of::<StageRow>() as u64));
+            let all: Vec<_> = std::iter::once(stage).chain(bindings).collect();
+            (kernel, group(kernel.name(), &all))
+        };
+        let on_trees = |kernel: &Kernel| !tree_bindings(*kernel).is_empty();
         Self {
+            trees: Kernel::ALL.into_iter().filter(on_trees).map(tree).collect(),
             frame: group(
                 "frame",
                 &[
@@ -74,16 +146,22 @@ impl Layouts {
         }
     }
 
+    /// The layout of the only group of a kernel that works on trees.
+    pub fn tree(&self, kernel: Kernel) -> &wgpu::BindGroupLayout {
+        &self.trees[&kernel]
+    }
+
     /// The layout of a kernel's pipeline.
     pub fn pipeline(&self, gpu: &Gpu, kernel: Kernel) -> wgpu::PipelineLayout {
-        let work = match kernel {
-            Kernel::Whitted => &self.picture,
-            Kernel::Intersect => &self.rays,
+        let groups = match kernel {
+            Kernel::Whitted => vec![Some(&self.frame), Some(&self.scene), Some(&self.picture)],
+            Kernel::Intersect => vec![Some(&self.frame), Some(&self.scene), Some(&self.rays)],
+            _ => vec![Some(self.tree(kernel))],
         };
         gpu.device
             .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some(kernel.name()),
-                bind_group_layouts: &[Some(&self.frame), Some(&self.scene), Some(work)],
+                bind_group_layouts: &groups,
                 immediate_size: 0,
             })
     }

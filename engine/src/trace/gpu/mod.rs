@@ -9,13 +9,15 @@ mod context;
 mod layout;
 mod pipelines;
 mod rays;
+mod readback;
 mod report;
 mod shader;
 mod tracer;
+pub mod trees;
 mod upload;
 
 pub use context::{AdapterChoice, Gpu, STORAGE_BUFFERS};
-pub use layout::SCENE_BINDINGS;
+pub use layout::{Access, SCENE_BINDINGS, tree_bindings};
 pub(crate) use report::Reports;
 pub use shader::{Kernel, Shader, Specialisation, TYPES_SOURCE, shader_module, shader_source};
 pub use tracer::GpuTracer;

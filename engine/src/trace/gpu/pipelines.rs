@@ -86,5 +86,6 @@ fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
             };
             Specialisation::new(shapes, 1)
         }
+        _ => Specialisation::new(Features::default(), 1),
     }
 }

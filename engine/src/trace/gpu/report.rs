@@ -1,27 +1,17 @@
 //! Counters and timestamps of a picture, back on the host without waiting for it.
 //!
-//! A few small buffers take turns: a picture's report is copied into a free one and mapped when the GPU
-//! gets there. If none is free the picture goes unreported. The screen times its presenting the same way;
-//! it counts nothing.
-
-use std::sync::Arc;
-use std::sync::atomic::{AtomicU8, Ordering};
+//! If too many are under way the picture goes unreported. The screen times its presenting the same way; it
+//! counts nothing.
 
 use bytemuck::pod_read_unaligned;
 
 use super::buffers::create;
 use super::context::Gpu;
+use super::readback::Readback;
 use crate::frame::wire::CounterRow;
 
-/// Reports under way at once: frames in flight, and one to spare.
-const SLOTS: usize = 4;
 const COUNTERS: u64 = size_of::<CounterRow>() as u64;
 const TIMESTAMPS: u64 = 2 * size_of::<u64>() as u64;
-
-const FREE: u8 = 0;
-const PENDING: u8 = 1;
-const READY: u8 = 2;
-const FAILED: u8 = 3;
 
 /// What came back of a picture.
 #[derive(Clone, Copy, Debug)]
@@ -39,12 +29,7 @@ pub struct Reports {
     /// First and last timestamp of a picture.
     queries: Option<wgpu::QuerySet>,
     resolved: wgpu::Buffer,
-    slots: Vec<Slot>,
-}
-
-struct Slot {
-    buffer: wgpu::Buffer,
-    state: Arc<AtomicU8>,
+    readback: Readback,
 }
 
 impl Reports {
@@ -62,15 +47,6 @@ impl Reports {
                 count: 2,
             })
         });
-        let slot = || Slot {
-            buffer: create(
-                gpu,
-                "report",
-                Usage::MAP_READ | Usage::COPY_DST,
-                COUNTERS + TIMESTAMPS,
-            ),
-            state: Arc::new(AtomicU8::new(FREE)),
-        };
         let counting = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
         Self {
             counters: create(gpu, "counters", counting, COUNTERS),
@@ -81,7 +57,7 @@ impl Reports {
                 Usage::QUERY_RESOLVE | Usage::COPY_SRC,
                 TIMESTAMPS,
             ),
-            slots: (0..SLOTS).map(|_| slot()).collect(),
+            readback: Readback::new(gpu, "report", COUNTERS + TIMESTAMPS),
         }
     }
 
@@ -106,9 +82,8 @@ impl Reports {
 
     /// Records a picture's report; call [`Reports::request`] with the answer after submitting.
     pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Option<usize> {
-        let free = |slot: &Slot| slot.state.load(Ordering::Acquire) == FREE;
-        let index = self.slots.iter().position(free)?;
-        let buffer = &self.slots[index].buffer;
+        let index = self.readback.free()?;
+        let buffer = self.readback.buffer(index);
         encoder.copy_buffer_to_buffer(&self.counters, 0, buffer, 0, COUNTERS);
         if let Some(queries) = &self.queries {
             encoder.resolve_query_set(queries, 0..2, &self.resolved, 0);
@@ -119,35 +94,18 @@ impl Reports {
 
     /// Asks for a recorded and submitted report.
     pub fn request(&self, index: usize) {
-        let slot = &self.slots[index];
-        slot.state.store(PENDING, Ordering::Release);
-        let state = Arc::clone(&slot.state);
-        slot.buffer
-            .map_async(wgpu::MapMode::Read, .., move |result| {
-                let outcome = if result.is_ok() { READY } else { FAILED };
-                state.store(outcome, Ordering::Release);
-            });
+        self.readback.request(index);
     }
 
     /// The newest report that has come back since the last call.
     pub fn collect(&mut self, gpu: &Gpu) -> Option<Report> {
         let mut newest: Option<(u64, Report)> = None;
-        for slot in &self.slots {
-            match slot.state.load(Ordering::Acquire) {
-                READY => {
-                    if let Ok(bytes) = slot.buffer.get_mapped_range(..) {
-                        let (end, report) = self.parse(gpu, &bytes);
-                        if newest.is_none_or(|(before, _)| end >= before) {
-                            newest = Some((end, report));
-                        }
-                    }
-                    slot.buffer.unmap();
-                    slot.state.store(FREE, Ordering::Release);
-                }
-                FAILED => slot.state.store(FREE, Ordering::Release),
-                _ => {}
+        self.readback.collect(|_, bytes| {
+            let (end, report) = self.parse(gpu, bytes);
+            if newest.is_none_or(|(before, _)| end >= before) {
+                newest = Some((end, report));
             }
-        }
+        });
         newest.map(|(_, report)| report)
     }
 

@@ -21,24 +21,80 @@ pub enum Kernel {
     Whitted,
     /// Rays from a buffer.
     Intersect,
+    /// Deformed positions.
+    Deform,
+    /// Normals of deformed positions.
+    Normals,
+    /// A level of meshes' trees.
+    Refit,
+    /// What refitted trees cost.
+    Cost,
+    /// The box around boxes' centres.
+    Span,
+    /// Codes of boxes.
+    Morton,
+    /// How often each digit is in each block.
+    SortCount,
+    /// Where each block's digits go.
+    SortScan,
+    /// Pairs to their places.
+    SortScatter,
+    /// A level of an instance tree.
+    Split,
+    /// The boxes of a level of an instance tree.
+    Fit,
 }
 
 impl Kernel {
     /// All kernels.
-    pub const ALL: [Self; 2] = [Self::Whitted, Self::Intersect];
+    pub const ALL: [Self; 13] = [
+        Self::Whitted,
+        Self::Intersect,
+        Self::Deform,
+        Self::Normals,
+        Self::Refit,
+        Self::Cost,
+        Self::Span,
+        Self::Morton,
+        Self::SortCount,
+        Self::SortScan,
+        Self::SortScatter,
+        Self::Split,
+        Self::Fit,
+    ];
 
     /// File stem and entry point.
     pub fn name(self) -> &'static str {
-        match self {
-            Self::Whitted => "whitted",
-            Self::Intersect => "intersect",
-        }
+        self.file().0
     }
 
     fn source(self) -> &'static str {
+        self.file().1
+    }
+
+    fn file(self) -> (&'static str, &'static str) {
+        macro_rules! file {
+            ($name:literal) => {
+                (
+                    $name,
+                    include_str!(concat!("../../../../shaders/", $name, ".wgsl")),
+                )
+            };
+        }
         match self {
-            Self::Whitted => include_str!("../../../../shaders/whitted.wgsl"),
-            Self::Intersect => include_str!("../../../../shaders/intersect.wgsl"),
+            Self::Whitted => file!("whitted"),
+            Self::Intersect => file!("intersect"),
+            Self::Deform => file!("deform"),
+            Self::Normals => file!("normals"),
+            Self::Refit => file!("refit"),
+            Self::Cost => file!("cost"),
+            Self::Span => file!("span"),
+            Self::Morton => file!("morton"),
+            Self::SortCount => file!("sort_count"),
+            Self::SortScan => file!("sort_scan"),
+            Self::SortScatter => file!("sort_scatter"),
+            Self::Split => file!("split"),
+            Self::Fit => file!("fit"),
         }
     }
 }
@@ -53,9 +109,10 @@ macro_rules! shared {
 }
 
 /// `shaders/shared`, each after what it imports.
-const SHARED: [(&str, &str); 13] = shared![
+const SHARED: [(&str, &str); 20] = shared![
     "types", "scene", "affine", "slab", "triangle", "sphere", "cuboid", "traverse", "surface",
-    "counters", "light", "media", "path",
+    "counters", "light", "media", "path", "boxes", "trig", "stage", "jobs", "fit", "build",
+    "digits",
 ];
 
 /// What a kernel is specialised by.
