@@ -1,6 +1,7 @@
 //! Every test that needs more than one module, in one binary.
 
 mod cli;
+mod device_instances;
 mod device_trees;
 mod gpu;
 mod ground_truth;
