@@ -87,12 +87,10 @@ fn skinned(step: StepRow, vertex: u32, p: vec3f) -> vec3f {
 fn twisted(step: StepRow, p: vec3f) -> vec3f {
     let origin = params[step.params];
     let axis = params[step.params + 1u];
-    let from_origin = p - origin.xyz;
-    let along = dot(from_origin, axis.xyz);
+    let out = p - origin.xyz;
+    let along = dot(out, axis.xyz);
     let turn = sin_cos(origin.w * along + axis.w);
-    let parallel = axis.xyz * along;
-    let aside = from_origin - parallel;
-    return origin.xyz + parallel + aside * turn.y + cross(axis.xyz, aside) * turn.x;
+    return origin.xyz + (out * turn.y + cross(axis.xyz, out) * turn.x + axis.xyz * (along * (1.0 - turn.y)));
 }
 
 fn vector(first: u32, vertex: u32) -> vec3f {

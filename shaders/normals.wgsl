@@ -7,7 +7,8 @@
 
 // Two rows a vertex: position, normal.
 @group(0) @binding(2) var<storage, read_write> vertices: array<vec4f>;
-// One more number than there are vertices: where the corners of each begin and the last end; then pairs of corners.
+// Normals at rest. One more number than there are vertices: where the corners of each begin and the last end.
+// Pairs of corners.
 @group(0) @binding(3) var<storage, read> data: array<u32>;
 
 @compute @workgroup_size(64)
@@ -16,22 +17,26 @@ fn normals(
     @builtin(num_workgroups) groups: vec3u,
     @builtin(local_invocation_index) lane: u32,
 ) {
-    let at = group_index(group, groups);
-    let job = job_of(at);
-    let vertex = (at - jobs[job].first_group) * 64u + lane;
+    let own_group = group_index(group, groups);
+    let job = job_of(own_group);
+    let vertex = (own_group - jobs[job].first_group) * 64u + lane;
     if vertex >= jobs[job].count {
         return;
     }
     let first_vertex = jobs[job].first_vertex;
     let p = vertices[(first_vertex + vertex) * 2u].xyz;
     var sum = vec3f(0.0);
-    let ends = jobs[job].rest + vertex;
+    let ends = jobs[job].rest + jobs[job].count * 3u + vertex;
     for (var index = data[ends]; index < data[ends + 1u]; index++) {
         let b = vertices[(first_vertex + data[jobs[job].first + index * 2u]) * 2u].xyz;
         let c = vertices[(first_vertex + data[jobs[job].first + index * 2u + 1u]) * 2u].xyz;
         sum += cross(b - p, c - p);
     }
-    // Where faces cancel or have no area, the normal stays as it was.
-    let normal = (first_vertex + vertex) * 2u + 1u;
-    vertices[normal] = vec4f(unit_or(sum, vertices[normal].xyz), 0.0);
+    // Where faces cancel or have no area, the normal at rest stands.
+    var normal = unit_or(sum, vec3f(0.0));
+    if all(normal == vec3f(0.0)) {
+        let at = jobs[job].rest + vertex * 3u;
+        normal = bitcast<vec3f>(vec3u(data[at], data[at + 1u], data[at + 2u]));
+    }
+    vertices[(first_vertex + vertex) * 2u + 1u] = vec4f(normal, 0.0);
 }

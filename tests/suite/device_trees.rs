@@ -51,16 +51,13 @@ fn all_steps(mesh: &MeshData, random: &mut Random) -> Deformation {
     let pivot = DAffine3::from_translation(mesh.origin + DVec3::Y * 0.5);
     let turn = DAffine3::from_rotation_translation(DQuat::from_rotation_y(0.4), DVec3::X * 0.3);
     let turn = pivot * turn * pivot.inverse();
-    let binding = SkinBinding {
-        joints: (0..count).map(|i| [0, 1, (i % 2) as u32, 1]).collect(),
-        weights: (0..count)
-            .map(|i| {
-                // Whole sixteenths: the sum is one, not nearly one.
-                let share = (i % 13) as f32 / 16.0;
-                [share, 0.75 - 0.75 * share, 0.25 - 0.25 * share, 0.0]
-            })
-            .collect(),
-    };
+    let joints = (0..count).map(|i| [0, 1, (i % 2) as u32, 1]).collect();
+    let weights = (0..count).map(|i| {
+        // Whole sixteenths: the sum is one, not nearly one.
+        let share = (i % 13) as f32 / 16.0;
+        [share, 0.75 - 0.75 * share, 0.25 - 0.25 * share, 0.0]
+    });
+    let binding = SkinBinding::new(joints, weights.collect()).expect("a binding");
     Deformation {
         steps: vec![
             DeformStep::Keys {

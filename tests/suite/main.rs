@@ -2,6 +2,7 @@
 
 mod cli;
 mod device_instances;
+mod device_speed;
 mod device_trees;
 mod gpu;
 mod ground_truth;

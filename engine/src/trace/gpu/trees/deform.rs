@@ -22,7 +22,7 @@ use crate::world::{DeformStep, MeshData, SkinBinding, VertexSets};
 enum Source {
     /// Positions at rest.
     Rest(Arc<MeshData>),
-    /// Ends of the corners of each vertex, then pairs of corners.
+    /// Normals at rest, ends of the corners of each vertex, pairs of corners.
     Faces(Arc<MeshData>),
     /// Poses or targets.
     Sets(Arc<VertexSets>),
@@ -57,7 +57,10 @@ impl Source {
         match self {
             Self::Rest(mesh) => vectors(data, &mesh.positions),
             Self::Sets(sets) => vectors(data, &sets.values),
-            Self::Faces(mesh) => append_faces(data, mesh),
+            Self::Faces(mesh) => {
+                vectors(data, &mesh.normals);
+                append_faces(data, mesh);
+            }
             Self::Skin(binding) => {
                 data.extend(binding.joints.iter().flatten());
                 data.extend(binding.weights.iter().flatten().map(|w| w.to_bits()));
@@ -149,7 +152,7 @@ impl DeformData {
         self.place(&Source::Rest(Arc::clone(mesh)))
     }
 
-    /// Where a smooth mesh's ends of corners begin; the pairs follow.
+    /// Where a smooth mesh's normals at rest begin; ends and pairs of corners follow.
     pub(super) fn faces(&self, mesh: &Arc<MeshData>) -> u32 {
         self.place(&Source::Faces(Arc::clone(mesh)))
     }
@@ -207,8 +210,8 @@ impl DeformData {
                     phase,
                 } => {
                     row.kind = STEP_WAVE;
-                    let phase = (phase - wave.dot(origin)).rem_euclid(std::f64::consts::TAU);
-                    params.push(wave.as_vec3().extend(phase as f32).to_array());
+                    let phase = within_a_turn(phase - wave.dot(origin));
+                    params.push(wave.as_vec3().extend(phase).to_array());
                     params.push(amplitude.as_vec3().extend(0.0).to_array());
                 }
                 DeformStep::Twist {
@@ -218,9 +221,12 @@ impl DeformData {
                     offset,
                 } => {
                     row.kind = STEP_TWIST;
-                    let point = (*point - origin).as_vec3();
+                    // The point of the line beside the mesh's origin stands for any other.
+                    let along = (origin - *point).dot(*axis);
+                    let point = (*point + *axis * along - origin).as_vec3();
+                    let offset = within_a_turn(rate * along + offset);
                     params.push(point.extend(*rate as f32).to_array());
-                    params.push(axis.as_vec3().extend(*offset as f32).to_array());
+                    params.push(axis.as_vec3().extend(offset).to_array());
                 }
             }
             steps.push(row);
@@ -263,6 +269,12 @@ fn place_all(
 /// Where a set begins.
 fn set_place(place: u32, sets: &VertexSets, set: u32) -> u32 {
     place + set * sets.vertices as u32 * 3
+}
+
+/// An angle less whole turns.
+fn within_a_turn(radians: f64) -> f32 {
+    let turns = radians / std::f64::consts::TAU;
+    ((turns - turns.round()) * std::f64::consts::TAU) as f32
 }
 
 /// A joint's rows, in the space whose origin is the mesh's.

@@ -161,7 +161,7 @@ impl DeviceTrees {
             let rest = self.data.faces(mesh.data);
             JobRow {
                 count,
-                first: rest + count + 1,
+                first: rest + count * 4 + 1,
                 first_vertex: mesh.first_vertex,
                 rest,
                 ..JobRow::zeroed()
