@@ -1,6 +1,8 @@
 //! How long the device takes over trees, by its own clock. No test: nothing is asserted about time. Run it by
 //! `cargo test --release --workspace --test suite device_speed -- --ignored --nocapture`.
 
+#![allow(clippy::print_stdout, reason = "figures are all it is for")]
+
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
