@@ -10,7 +10,7 @@ use super::{Child, Node4, TRAVERSAL_CAPACITY, Tree};
 use crate::geom::Aabb;
 
 /// Nodes that one tree may ask of a traversal's stack: half of it, for there are two levels of trees.
-const STACK_SHARE: u32 = TRAVERSAL_CAPACITY / 2;
+pub(super) const STACK_SHARE: u32 = TRAVERSAL_CAPACITY / 2;
 
 /// What visiting a binary node costs, in tests of a triangle, when leaves are formed. Of 1, 1.5, 2 and 3 the
 /// last gave rays as fast as any in a mesh of a million triangles, and the fewest nodes to refit.
@@ -48,9 +48,14 @@ impl Tree {
         }
         // Pathological input (nested boxes, say) can make PLOC's tree a list. Medians cannot:
         // 2^28 primitives need 14 levels of 4, 43 entries.
-        let (binary, prims) = medians(boxes, max_leaf);
-        widen(&binary, prims)
+        balanced(boxes, max_leaf)
     }
+}
+
+/// The tree by medians.
+pub(super) fn balanced(boxes: &[Aabb], max_leaf: u32) -> Tree {
+    let (binary, prims) = medians(boxes, max_leaf);
+    widen(&binary, prims)
 }
 
 /// Parallel locally-ordered clustering, with some reinsertion and leaves collapsed by cost.
@@ -243,8 +248,7 @@ mod tests {
         let tree = Tree::build_fast(&boxes);
         tree.validate(&boxes).unwrap();
         assert!(tree.stack_need() <= STACK_SHARE, "{}", tree.stack_need());
-        let (binary, prims) = medians(&boxes, 1);
-        widen(&binary, prims).validate(&boxes).unwrap();
+        balanced(&boxes, 1).validate(&boxes).unwrap();
     }
 
     #[test]

@@ -6,12 +6,20 @@
 //! with the slab rule of [`crate::geom::SlabRay`] no hit is ever culled.
 
 mod build;
+mod cluster;
 mod extent;
+mod fast;
+mod instances;
+mod morton;
 mod node;
+mod paths;
 mod refit;
 mod tree;
 
+pub use cluster::Clusters;
 pub use extent::Extent;
+pub use fast::RowTree;
+pub use instances::{InstanceTree, TreeAction, TreeWork};
 pub use node::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, Node4};
 pub use tree::{Child, Tree};
 

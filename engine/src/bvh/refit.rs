@@ -20,6 +20,8 @@ use crate::geom::Aabb;
 
 /// Nodes whose costs are summed in f32 before they go into an f64.
 const CHUNK: usize = 512;
+/// Primitives of a leaf of [`Tree::build`], the most.
+const USUAL_LEAF: usize = 4;
 /// Subtrees that a large tree is cut into, so that threads can share them and sums do not depend on threads.
 const SUBTREES: u32 = 64;
 /// Nodes from which more than one thread is worth waking.
@@ -83,7 +85,7 @@ impl Tree {
     }
 
     fn refit_by(&mut self, slot_box: impl Fn(usize) -> Extent + Sync, parallel: bool) -> f32 {
-        refit(&mut self.nodes, &self.levels, &slot_box, parallel)
+        refit::<USUAL_LEAF>(&mut self.nodes, &self.levels, &slot_box, parallel)
     }
 
     /// What a ray that meets the root's box is expected to visit; see the module. 0 for no tree.
@@ -94,7 +96,7 @@ impl Tree {
 
 /// Subtrees first, each depth first (which visits the nodes of every level in order, and vertices that lie
 /// close together shortly after one another), then the levels above them.
-fn refit(
+pub(super) fn refit<const USUAL: usize>(
     nodes: &mut [Node4],
     levels: &[u32],
     slot_box: &(impl Fn(usize) -> Extent + Sync),
@@ -104,7 +106,7 @@ fn refit(
         let sum = levels
             .windows(2)
             .rev()
-            .map(|l| refit_level(nodes, l[0] as usize..l[1] as usize, slot_box))
+            .map(|l| refit_level::<USUAL>(nodes, l[0] as usize..l[1] as usize, slot_box))
             .sum();
         return relative_cost(sum, nodes);
     };
@@ -112,17 +114,17 @@ fn refit(
     let sums: Vec<f64> = if parallel {
         tasks
             .par_iter_mut()
-            .map(|task| fit_all(task, slot_box))
+            .map(|task| fit_all::<USUAL>(task, slot_box))
             .collect()
     } else {
         tasks
             .iter_mut()
-            .map(|task| fit_all(task, slot_box))
+            .map(|task| fit_all::<USUAL>(task, slot_box))
             .collect()
     };
     let mut sum = sums.iter().sum();
     for level in levels[..=top].windows(2).rev() {
-        sum += refit_level(nodes, level[0] as usize..level[1] as usize, slot_box);
+        sum += refit_level::<USUAL>(nodes, level[0] as usize..level[1] as usize, slot_box);
     }
     relative_cost(sum, nodes)
 }
@@ -177,11 +179,11 @@ fn first_child(nodes: &[Node4]) -> Option<usize> {
 }
 
 /// Fits all subtrees whose roots are the first share; the sum of the costs.
-fn fit_all(shares: &mut [Share], slot_box: &impl Fn(usize) -> Extent) -> f64 {
+fn fit_all<const USUAL: usize>(shares: &mut [Share], slot_box: &impl Fn(usize) -> Extent) -> f64 {
     let mut sum = 0.0;
     for _ in 0..shares[0].nodes.len() {
         let mut cost = Vec4::ZERO;
-        fit(shares, slot_box, &mut cost);
+        fit::<USUAL>(shares, slot_box, &mut cost);
         let [a, b, c, d] = cost.to_array().map(f64::from);
         sum += (a + b) + (c + d);
     }
@@ -189,7 +191,11 @@ fn fit_all(shares: &mut [Share], slot_box: &impl Fn(usize) -> Extent) -> f64 {
 }
 
 /// Fits the next node of the first share and all below it.
-fn fit(shares: &mut [Share], slot_box: &impl Fn(usize) -> Extent, cost: &mut Vec4) -> Extent {
+fn fit<const USUAL: usize>(
+    shares: &mut [Share],
+    slot_box: &impl Fn(usize) -> Extent,
+    cost: &mut Vec4,
+) -> Extent {
     let (share, below) = shares.split_first_mut().expect("a node has a level");
     let node = &mut share.nodes[share.done];
     share.done += 1;
@@ -197,8 +203,10 @@ fn fit(shares: &mut [Share], slot_box: &impl Fn(usize) -> Extent, cost: &mut Vec
     for (fitted, slot) in boxes.iter_mut().zip(node.children) {
         *fitted = match Child::decode(slot) {
             Child::None => continue,
-            Child::Node(_) => fit(below, slot_box, cost),
-            Child::Leaf { first, count } => leaf_box(first as usize, count as usize, slot_box),
+            Child::Node(_) => fit::<USUAL>(below, slot_box, cost),
+            Child::Leaf { first, count } => {
+                leaf_box::<USUAL>(first as usize, count as usize, slot_box)
+            }
         }
     }
     node.set_boxes(boxes);
@@ -207,19 +215,24 @@ fn fit(shares: &mut [Share], slot_box: &impl Fn(usize) -> Extent, cost: &mut Vec
     a.union(b).union(c.union(d))
 }
 
-/// The grown box of a leaf. Up to four primitives, the usual, take no branch: the last is read again.
+/// The grown box of a leaf. Up to `USUAL` primitives take no branch: the last is read again.
 #[inline]
-fn leaf_box(first: usize, count: usize, slot_box: &impl Fn(usize) -> Extent) -> Extent {
+fn leaf_box<const USUAL: usize>(
+    first: usize,
+    count: usize,
+    slot_box: &impl Fn(usize) -> Extent,
+) -> Extent {
     let last = first + count - 1;
-    let place = |offset: usize| slot_box((first + offset).min(last));
-    let usual = place(0).union(place(1)).union(place(2).union(place(3)));
-    (first + 4..=last)
+    let usual = (0..USUAL).fold(Extent::EMPTY, |all, offset| {
+        all.union(slot_box((first + offset).min(last)))
+    });
+    (first + USUAL..=last)
         .fold(usual, |all, place| all.union(slot_box(place)))
         .grown()
 }
 
 /// Fits the nodes of a level, those below being done; the sum of their costs.
-fn refit_level(
+pub(super) fn refit_level<const USUAL: usize>(
     nodes: &mut [Node4],
     level: Range<usize>,
     slot_box: &impl Fn(usize) -> Extent,
@@ -230,7 +243,9 @@ fn refit_level(
         let boxes = node.children.map(|slot| match Child::decode(slot) {
             Child::None => Extent::EMPTY,
             Child::Node(child) => lower[child as usize - level.end].extent(),
-            Child::Leaf { first, count } => leaf_box(first as usize, count as usize, slot_box),
+            Child::Leaf { first, count } => {
+                leaf_box::<USUAL>(first as usize, count as usize, slot_box)
+            }
         });
         node.set_boxes(boxes);
         sum += node.cost();

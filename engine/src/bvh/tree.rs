@@ -92,19 +92,7 @@ impl Tree {
 
     /// Nodes a traversal may have to keep at once, whatever the ray.
     pub fn stack_need(&self) -> u32 {
-        let mut need = vec![1_u32; self.nodes.len()];
-        for (index, node) in self.nodes.iter().enumerate().rev() {
-            let children = node.children.iter().filter(|&&c| c != CHILD_NONE).count() as u32;
-            let deepest = node
-                .children
-                .iter()
-                .filter_map(|&c| match Child::decode(c) {
-                    Child::Node(child) => Some(need[child as usize]),
-                    _ => None,
-                });
-            need[index] = children.max(children.saturating_sub(1) + deepest.max().unwrap_or(0));
-        }
-        need.first().copied().unwrap_or(0)
+        stack_need(&self.nodes)
     }
 
     /// Walks the tree and checks every invariant: each primitive in exactly one leaf, every box around
@@ -176,4 +164,21 @@ impl Tree {
         }
         Ok(())
     }
+}
+
+/// [`Tree::stack_need`] of nodes whose children come after them.
+pub(super) fn stack_need(nodes: &[Node4]) -> u32 {
+    let mut need = vec![1_u32; nodes.len()];
+    for (index, node) in nodes.iter().enumerate().rev() {
+        let children = node.children.iter().filter(|&&c| c != CHILD_NONE).count() as u32;
+        let deepest = node
+            .children
+            .iter()
+            .filter_map(|&c| match Child::decode(c) {
+                Child::Node(child) => Some(need[child as usize]),
+                _ => None,
+            });
+        need[index] = children.max(children.saturating_sub(1) + deepest.max().unwrap_or(0));
+    }
+    need.first().copied().unwrap_or(0)
 }
