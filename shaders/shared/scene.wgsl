@@ -3,14 +3,14 @@
 // Twin: engine/src/trace/gpu/layout.rs.
 #define_import_path orrery::scene
 
-#import orrery::types::{InstanceRow, LightRow, MaterialRow, Node4, NormalRow, PassRow, TriangleRow, ViewRow}
+#import orrery::types::{InstanceRow, LightRow, MaterialRow, Node4, PassRow, TriangleRow, VertexRow, ViewRow}
 
 @group(0) @binding(0) var<uniform> view: ViewRow;
 @group(0) @binding(1) var<uniform> pass_row: PassRow;
 
 @group(1) @binding(0) var<storage, read> nodes: array<Node4>;
 @group(1) @binding(1) var<storage, read> triangles: array<TriangleRow>;
-@group(1) @binding(2) var<storage, read> normals: array<NormalRow>;
+@group(1) @binding(2) var<storage, read> vertices: array<VertexRow>;
 @group(1) @binding(3) var<storage, read> instances: array<InstanceRow>;
 @group(1) @binding(4) var<storage, read> materials: array<MaterialRow>;
 @group(1) @binding(5) var<storage, read> lights: array<LightRow>;

@@ -11,7 +11,9 @@ const FAR_WIDENING: f32 = 1.00000048;
 const FARTHEST: f32 = 1e30;
 
 struct SlabRay {
-    origin: vec3f,
+    // What the least and the greatest sides of boxes are measured from: the origin, or a little beyond it.
+    from_least: vec3f,
+    from_greatest: vec3f,
     inverse: vec3f,
 }
 
@@ -24,17 +26,22 @@ struct Entered {
 // 1/x with |x| at least 1e-30, so no product in a slab test is 0 * inf, which WGSL leaves open.
 fn slab_ray(origin: vec3f, dir: vec3f) -> SlabRay {
     let least = select(vec3f(1e-30), vec3f(-1e-30), dir < vec3f(0.0));
-    return SlabRay(origin, 1.0 / select(dir, least, abs(dir) < vec3f(1e-30)));
+    return SlabRay(origin, origin, 1.0 / select(dir, least, abs(dir) < vec3f(1e-30)));
+}
+
+// The same whose origin may be off by `slack`: no box is missed that any such origin would meet.
+fn slack_ray(origin: vec3f, slack: vec3f, dir: vec3f) -> SlabRay {
+    return SlabRay(origin + slack, origin - slack, slab_ray(origin, dir).inverse);
 }
 
 // (side - origin) * inverse, never side * inverse - origin * inverse: that form loses up to 77 % of hits.
 fn enter_children(node: Node4, ray: SlabRay, least: f32, most: f32) -> Entered {
-    let x_low = (node.min_x - ray.origin.x) * ray.inverse.x;
-    let x_high = (node.max_x - ray.origin.x) * ray.inverse.x;
-    let y_low = (node.min_y - ray.origin.y) * ray.inverse.y;
-    let y_high = (node.max_y - ray.origin.y) * ray.inverse.y;
-    let z_low = (node.min_z - ray.origin.z) * ray.inverse.z;
-    let z_high = (node.max_z - ray.origin.z) * ray.inverse.z;
+    let x_low = (node.min_x - ray.from_least.x) * ray.inverse.x;
+    let x_high = (node.max_x - ray.from_greatest.x) * ray.inverse.x;
+    let y_low = (node.min_y - ray.from_least.y) * ray.inverse.y;
+    let y_high = (node.max_y - ray.from_greatest.y) * ray.inverse.y;
+    let z_low = (node.min_z - ray.from_least.z) * ray.inverse.z;
+    let z_high = (node.max_z - ray.from_greatest.z) * ray.inverse.z;
     let near = max(max(min(x_low, x_high), min(y_low, y_high)), max(min(z_low, z_high), vec4f(least)));
     let far = min(min(max(x_low, x_high), max(y_low, y_high)), max(z_low, z_high)) * FAR_WIDENING;
     let entered = (near <= min(far, vec4f(most))) & (node.children != vec4u(CHILD_NONE));

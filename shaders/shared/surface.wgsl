@@ -1,10 +1,10 @@
 // What: from a hit to the surface there: position with its error bound, normals, where rays may start.
-// Reads: instances, triangles, normals. Writes: nothing.
+// Reads: instances, triangles, vertices. Writes: nothing.
 // Twin: engine/src/trace/cpu/surface.rs and engine/src/geom/offset.rs.
 #define_import_path orrery::surface
 
 #import orrery::types::{InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, NONE}
-#import orrery::scene::{instances, normals, triangles}
+#import orrery::scene::{instances, triangles, vertices}
 #import orrery::affine::{map_abs_linear, map_point, map_transposed, map_translation, map_vector, unit_or}
 #import orrery::traverse::Found
 #ifdef CUBOIDS
@@ -107,9 +107,11 @@ fn one_way_error(rows: array<vec4f, 3>, from_point: vec3f, to_point: vec3f) -> v
 // shrinks towards the eye as pixels do; weights of corners would err by the triangle's size instead.
 fn mesh_point(found: Found, near: vec3f) -> Point {
     let triangle = triangles[found.triangle];
-    let ab = triangle.b - triangle.a;
-    let ac = triangle.c - triangle.a;
-    let from_corner = near - triangle.a;
+    let corners = triangle.corners + instances[found.row].first_vertex;
+    let a = vertices[corners.x].vector;
+    let ab = vertices[corners.y].vector - a;
+    let ac = vertices[corners.z].vector - a;
+    let from_corner = near - a;
     let face = cross(ab, ac);
     let face_normal = unit_or(face, vec3f(0.0));
     let local = near - face_normal * dot(face_normal, from_corner);
@@ -122,12 +124,13 @@ fn mesh_point(found: Found, near: vec3f) -> Point {
     let normal = map_transposed(local_from_world, face_normal);
     var shading = normal;
 #ifdef SMOOTH_NORMALS
-    if triangle.normals != NONE {
+    let first_normal = instances[found.row].first_normal;
+    if first_normal != NONE {
+        let at = triangle.corners + first_normal;
         let u = found.uv.x;
         let v = found.uv.y;
         let w = 1.0 - u - v;
-        let mixed = normals[triangle.normals].normal * w + normals[triangle.normals + 1u].normal * u
-            + normals[triangle.normals + 2u].normal * v;
+        let mixed = vertices[at.x].vector * w + vertices[at.y].vector * u + vertices[at.z].vector * v;
         shading = map_transposed(local_from_world, mixed);
     }
 #endif

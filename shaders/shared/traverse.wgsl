@@ -1,12 +1,12 @@
 // What: finding hits: one walk over the two levels of trees for closest, any-hit and shadow rays.
-// Reads: nodes, triangles, instances. Writes: its own stack.
+// Reads: nodes, triangles, vertices, instances. Writes: its own stack.
 // Twin: engine/src/trace/cpu/traverse.rs.
 #define_import_path orrery::traverse
 
 #import orrery::types::{CHILD_LEAF, CHILD_NONE, InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, TRAVERSAL_CAPACITY}
-#import orrery::scene::{instances, nodes, triangles, view}
+#import orrery::scene::{instances, nodes, triangles, vertices, view}
 #import orrery::affine::{map_point, map_vector}
-#import orrery::slab::{SlabRay, enter_children, slab_ray}
+#import orrery::slab::{SlabRay, enter_children, slab_ray, slack_ray}
 #ifdef MESHES
 #import orrery::triangle::{Shear, hit_triangle, make_shear}
 #endif
@@ -19,6 +19,8 @@
 
 // 1 + 8 ulp: a box may begin so far behind the best hit and still hold one that ties with it.
 const REACH: f32 = 1.00000095;
+// 2^-20: what a ray's origin errs by, of its size, in the space of the instance tree's boxes or of an instance.
+const ORIGIN_SLACK: f32 = 9.5367432e-7;
 
 // Orders hits by t, then instance, then primitive: no answer depends on trees.
 struct Key {
@@ -87,16 +89,12 @@ fn trace(probe: Probe) -> Found {
 #ifdef PLANES
 fn trace_planes(probe: Probe, so_far: Found) -> Found {
     var best = so_far;
-    for (var index = 0u; index < view.plane_count; index++) {
-        let id = instances[index].id;
-        if probe.start_row == index {
-            continue;
-        }
-        let plane = instances[index].local_from_world[0];
+    for (var row = view.first_plane; row != NONE; row = instances[row].next_plane) {
+        let plane = instances[row].local_from_world[0];
         let along = dot(plane.xyz, probe.dir);
-        if along != 0.0 {
+        if along != 0.0 && probe.start_row != row {
             let t = (plane.w - dot(plane.xyz, probe.origin)) / along;
-            best = offer(probe, best, Found(Key(t, id, 0u), index, NONE, vec2f(0.0)));
+            best = offer(probe, best, Found(Key(t, row, 0u), row, NONE, vec2f(0.0)));
         }
     }
     return best;
@@ -107,7 +105,8 @@ fn trace_planes(probe: Probe, so_far: Found) -> Found {
 // once the stack has shrunk to where it was.
 fn trace_trees(probe: Probe, so_far: Found) -> Found {
     var best = so_far;
-    let world = slab_ray(probe.origin, probe.dir);
+    let slack = (abs(probe.origin) + abs(view.eye_from_anchor)) * ORIGIN_SLACK;
+    let world = slack_ray(probe.origin + view.eye_from_anchor, slack, probe.dir);
     var ray = world;
     var root = view.root;
     var depth = 0u;
@@ -132,7 +131,7 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
 #ifdef MESHES
             if mesh != NONE {
                 let count = ((slot & ~CHILD_LEAF) >> LEAF_COUNT_SHIFT) + 1u;
-                best = offer_triangles(probe, best, mesh, shear, ray.origin, first, count);
+                best = offer_triangles(probe, best, mesh, shear, ray.from_least, first, count);
             } else if instances[first].kind == KIND_MESH {
                 let rows = instances[first].local_from_world;
                 let dir = map_vector(rows, probe.dir);
@@ -182,14 +181,17 @@ fn push(depth: u32, slot: u32) -> u32 {
 #ifdef MESHES
 fn offer_triangles(probe: Probe, so_far: Found, mesh: u32, shear: Shear, origin: vec3f, first: u32, count: u32) -> Found {
     var best = so_far;
-    let id = instances[mesh].id;
+    let corner = instances[mesh].first_vertex;
     let base = instances[mesh].first_triangle + first;
     for (var index = base; index < base + count; index++) {
         let triangle = triangles[index];
-        let hit = hit_triangle(shear, origin, triangle.a, triangle.b, triangle.c);
+        let a = vertices[corner + triangle.corners.x].vector;
+        let b = vertices[corner + triangle.corners.y].vector;
+        let c = vertices[corner + triangle.corners.z].vector;
+        let hit = hit_triangle(shear, origin, a, b, c);
         let starts_on = probe.start_row == mesh && probe.start_prim == triangle.prim;
         if hit.hits && !starts_on {
-            best = offer(probe, best, Found(Key(hit.t, id, triangle.prim), mesh, index, vec2f(hit.u, hit.v)));
+            best = offer(probe, best, Found(Key(hit.t, mesh, triangle.prim), mesh, index, vec2f(hit.u, hit.v)));
         }
     }
     return best;
@@ -200,17 +202,16 @@ fn offer_triangles(probe: Probe, so_far: Found, mesh: u32, shear: Shear, origin:
 fn offer_solid(probe: Probe, so_far: Found, row: u32) -> Found {
     var best = so_far;
     let kind = instances[row].kind;
-    let id = instances[row].id;
 #ifdef CUBOIDS
     if kind == KIND_CUBOID {
         let rows = instances[row].local_from_world;
         let hit = hit_cuboid(slab_ray(map_point(rows, probe.origin), map_vector(rows, probe.dir)));
         let starts_on = hit.hits && probe.start_row == row;
         if hit.hits && !(starts_on && probe.start_prim == hit.near_face) {
-            best = offer(probe, best, Found(Key(hit.near, id, hit.near_face), row, NONE, vec2f(0.0)));
+            best = offer(probe, best, Found(Key(hit.near, row, hit.near_face), row, NONE, vec2f(0.0)));
         }
         if hit.hits && !(starts_on && probe.start_prim == hit.far_face) {
-            best = offer(probe, best, Found(Key(hit.far, id, hit.far_face), row, NONE, vec2f(0.0)));
+            best = offer(probe, best, Found(Key(hit.far, row, hit.far_face), row, NONE, vec2f(0.0)));
         }
         return best;
     }
@@ -227,8 +228,8 @@ fn offer_solid(probe: Probe, so_far: Found, row: u32) -> Found {
     }
     let roots = hit_sphere(from_center, dir, radius, probe.start_row == row);
     if roots.hits {
-        best = offer(probe, best, Found(Key(roots.near, id, 0u), row, NONE, vec2f(0.0)));
-        best = offer(probe, best, Found(Key(roots.far, id, 0u), row, NONE, vec2f(0.0)));
+        best = offer(probe, best, Found(Key(roots.near, row, 0u), row, NONE, vec2f(0.0)));
+        best = offer(probe, best, Found(Key(roots.far, row, 0u), row, NONE, vec2f(0.0)));
     }
 #endif
     return best;

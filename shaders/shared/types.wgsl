@@ -43,9 +43,11 @@ struct ViewRow {
     background: vec3f,
     max_generations: u32,
     projection: u32,
-    plane_count: u32,
+    first_plane: u32,
     light_count: u32,
     root: u32,
+    eye_from_anchor: vec3f,
+    spare: u32,
 }
 
 struct PassRow {
@@ -72,21 +74,19 @@ struct InstanceRow {
     material: u32,
     root: u32,
     first_triangle: u32,
-    id: u32,
-    spare: array<u32, 3>,
+    first_vertex: u32,
+    mesh: u32,
+    next_plane: u32,
+    first_normal: u32,
 }
 
 struct TriangleRow {
-    a: vec3f,
+    corners: vec3u,
     prim: u32,
-    b: vec3f,
-    normals: u32,
-    c: vec3f,
-    spare: u32,
 }
 
-struct NormalRow {
-    normal: vec3f,
+struct VertexRow {
+    vector: vec3f,
     spare: u32,
 }
 

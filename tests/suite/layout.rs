@@ -43,9 +43,11 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             background,
             max_generations,
             projection,
-            plane_count,
+            first_plane,
             light_count,
             root,
+            eye_from_anchor,
+            spare,
         }),
         layout_of!(PassRow {
             first,
@@ -69,19 +71,13 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             material,
             root,
             first_triangle,
-            id,
-
-            spare,
+            first_vertex,
+            mesh,
+            next_plane,
+            first_normal,
         }),
-        layout_of!(TriangleRow {
-            a,
-            prim,
-            b,
-            normals,
-            c,
-            spare
-        }),
-        layout_of!(NormalRow { normal, spare }),
+        layout_of!(TriangleRow { corners, prim }),
+        layout_of!(VertexRow { vector, spare }),
         layout_of!(MaterialRow {
             color,
             diffuse,

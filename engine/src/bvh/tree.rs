@@ -90,6 +90,13 @@ impl Tree {
         self.levels[depth] as usize..self.levels[depth + 1] as usize
     }
 
+    /// The box around everything, grown; empty for no primitives.
+    pub fn bounds(&self) -> Aabb {
+        self.nodes
+            .first()
+            .map_or(Aabb::EMPTY, |root| root.extent().into())
+    }
+
     /// Nodes a traversal may have to keep at once, whatever the ray.
     pub fn stack_need(&self) -> u32 {
         stack_need(&self.nodes)

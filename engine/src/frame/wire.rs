@@ -77,12 +77,17 @@ pub struct ViewRow {
     pub max_generations: u32,
     /// `PROJECTION_*`.
     pub projection: u32,
-    /// The first `plane_count` instance rows are planes; they are in no tree.
-    pub plane_count: u32,
+    /// First instance row that is a plane, the others follow by [`InstanceRow::next_plane`]: planes are in
+    /// no tree. [`NONE`]: there is none.
+    pub first_plane: u32,
     /// Rows of lights.
     pub light_count: u32,
     /// Root of the instance tree among the nodes; [`NONE`]: no instances but planes.
     pub root: u32,
+    /// The eye relative to the anchor that the boxes of the instance tree are about.
+    pub eye_from_anchor: [f32; 3],
+    /// Room for one more number.
+    pub spare: u32,
 }
 
 /// The uniform of one dispatch: a part of the picture or of the rays.
@@ -99,7 +104,8 @@ pub struct PassRow {
     pub spare: u32,
 }
 
-/// A shape in render space.
+/// A shape in render space; its row is that of `FrameScene::instances`, which is what a hit names and what
+/// breaks ties.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct InstanceRow {
@@ -115,36 +121,33 @@ pub struct InstanceRow {
     pub root: u32,
     /// Meshes: first row of its triangles. Leaf ranges of the tree count from here.
     pub first_triangle: u32,
-    /// Row of `FrameScene::instances`: what a hit names and what breaks ties.
-    pub id: u32,
-    /// Room for more.
-    pub spare: [u32; 3],
+    /// Meshes: first row of its vertices. Corners of triangles count from here.
+    pub first_vertex: u32,
+    /// Meshes: row of `FrameScene::meshes`.
+    pub mesh: u32,
+    /// Planes: the next one, or [`NONE`].
+    pub next_plane: u32,
+    /// Meshes: first row of its normals, in the order of vertices; [`NONE`]: faces are flat.
+    pub first_normal: u32,
 }
 
-/// A triangle in its mesh's space (vertices minus the mesh's origin), in the order of the tree's leaves.
+/// A triangle, in the order of its tree's leaves.
 #[repr(C)]
-#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct TriangleRow {
-    /// First corner.
-    pub a: [f32; 3],
+    /// Vertices, counted from the mesh's first.
+    pub corners: [u32; 3],
     /// Triangle number in the mesh: what a hit names and what breaks ties.
     pub prim: u32,
-    /// Second corner.
-    pub b: [f32; 3],
-    /// First of three rows of normals; [`NONE`]: flat.
-    pub normals: u32,
-    /// Third corner.
-    pub c: [f32; 3],
-    /// Room for one more number.
-    pub spare: u32,
 }
 
-/// A vertex normal in its mesh's space.
+/// A vector of a vertex: its position in its mesh's space relative to the mesh's origin, or its unit normal.
+/// A mesh's positions come first, a smooth one's normals after them.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
-pub struct NormalRow {
-    /// Unit length.
-    pub normal: [f32; 3],
+pub struct VertexRow {
+    /// Position or normal.
+    pub vector: [f32; 3],
     /// Room for one more number.
     pub spare: u32,
 }

@@ -9,12 +9,22 @@ use glam::{DAffine3, DVec3, Vec3};
 pub struct AffineRows(pub [[f32; 4]; 3]);
 
 impl AffineRows {
+    /// Maps everything to the origin.
+    pub const ZERO: Self = Self([[0.0; 4]; 3]);
+
     /// Rounds a map.
     pub fn new(map: DAffine3) -> Self {
         let m = map.matrix3.transpose();
         let row = |r: DVec3, t: f64| [r.x as f32, r.y as f32, r.z as f32, t as f32];
         let t = map.translation;
         Self([row(m.x_axis, t.x), row(m.y_axis, t.y), row(m.z_axis, t.z)])
+    }
+
+    /// Replaces the translation, rounded.
+    pub fn set_translation(&mut self, t: DVec3) {
+        for (row, t) in self.0.iter_mut().zip(t.as_vec3().to_array()) {
+            row[3] = t;
+        }
     }
 
     /// Applies f to each row's linear part and its translation.

@@ -19,8 +19,10 @@ pub const FAR_WIDENING: f32 = 1.0 + 4.0 * f32::EPSILON;
 /// Origin and reciprocal direction.
 #[derive(Clone, Copy, Debug)]
 pub struct SlabRay {
-    /// Start.
-    pub origin: Vec3,
+    /// What the least sides of boxes are measured from: the origin, or a little beyond it.
+    pub from_least: Vec3,
+    /// What their greatest sides are measured from: the origin, or a little before it.
+    pub from_greatest: Vec3,
     /// [`safe_reciprocal`] of each component of the direction.
     pub inverse: Vec3,
 }
@@ -28,8 +30,14 @@ pub struct SlabRay {
 impl SlabRay {
     /// From a ray.
     pub fn new(origin: Vec3, dir: Vec3) -> Self {
+        Self::with_slack(origin, Vec3::ZERO, dir)
+    }
+
+    /// From a ray whose origin may be off by `slack`: no box is missed that any such origin would meet.
+    pub fn with_slack(origin: Vec3, slack: Vec3, dir: Vec3) -> Self {
         Self {
-            origin,
+            from_least: origin + slack,
+            from_greatest: origin - slack,
             inverse: Vec3::from(dir.to_array().map(safe_reciprocal)),
         }
     }

@@ -156,9 +156,4 @@ impl Meshes {
     pub fn rows(&self) -> &Table<MeshRow> {
         &self.rows
     }
-
-    /// Ends a batch of changes; see [`Table::settle`]. Extraction calls it.
-    pub fn settle(&mut self) {
-        self.rows.settle();
-    }
 }

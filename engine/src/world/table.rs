@@ -1,25 +1,38 @@
 //! [`Table`]: rows that say which of them changed, for whoever keeps a derived copy.
 //!
-//! Changes come in batches: all writes between two calls of [`Table::settle`] are one, under one version.
-//! A version stands for the rows as they are: no two tables of different rows ever have the same, except
-//! while a batch is still open. A reader remembers the version it has seen. One batch behind, it is told
-//! the rows; otherwise (it was not there, or has seen another table) it must read everything.
+//! Changes come in batches: all writes between two readings of the version are one. A version stands for
+//! the rows as they were when it was read; no two tables of different rows ever have the same. A reader
+//! remembers the version it has seen. One batch behind, it is told the rows; otherwise (it was not there,
+//! or has seen another table) it must read everything.
 
 use std::ops::Deref;
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 /// The last version given out; 0 is every empty table that nobody ever wrote to.
 static LAST_VERSION: AtomicU64 = AtomicU64::new(0);
 
 /// Rows and the last batch of changes to them. Reads go through the slice it derefs to.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub struct Table<T> {
     rows: Vec<T>,
     version: u64,
     /// The version before the batch.
     previous: u64,
     changed: Vec<u32>,
-    is_open: bool,
+    /// Nobody has read the version since the batch began.
+    is_open: AtomicBool,
+}
+
+impl<T: Clone> Clone for Table<T> {
+    fn clone(&self) -> Self {
+        Self {
+            rows: self.rows.clone(),
+            version: self.version(),
+            previous: self.previous,
+            changed: self.changed.clone(),
+            is_open: AtomicBool::new(false),
+        }
+    }
 }
 
 /// What a reader has to look at again.
@@ -40,7 +53,7 @@ impl<T> Default for Table<T> {
             version: 0,
             previous: 0,
             changed: Vec::new(),
-            is_open: false,
+            is_open: AtomicBool::new(false),
         }
     }
 }
@@ -70,21 +83,17 @@ impl<T> Deref for Table<T> {
 }
 
 impl<T> Table<T> {
-    /// What a reader remembers; another after every batch.
+    /// What a reader remembers. Reading it ends the batch: the next write begins another.
     pub fn version(&self) -> u64 {
+        self.is_open.store(false, Ordering::Relaxed);
         self.version
-    }
-
-    /// Ends the batch: the next write begins another.
-    pub fn settle(&mut self) {
-        self.is_open = false;
     }
 
     /// What changed since the version that a reader has seen.
     pub fn changes_since(&self, seen: u64) -> Changes<'_> {
-        if seen == self.version {
+        if seen == self.version() {
             Changes::None
-        } else if seen == self.previous && self.changed.len() < self.rows.len() {
+        } else if seen == self.previous && self.changed.len() <= self.rows.len() {
             Changes::Rows(&self.changed)
         } else {
             Changes::All
@@ -106,17 +115,20 @@ impl<T> Table<T> {
     }
 
     fn begin(&mut self) {
-        self.is_open = true;
+        *self.is_open.get_mut() = true;
         self.previous = self.version;
         self.version = LAST_VERSION.fetch_add(1, Ordering::Relaxed) + 1;
         self.changed.clear();
     }
 
     fn note(&mut self, index: u32) {
-        if !self.is_open {
+        if !*self.is_open.get_mut() {
             self.begin();
         }
-        self.changed.push(index);
+        // One more than there are rows says that all may have changed, however long nobody reads.
+        if self.changed.len() <= self.rows.len() {
+            self.changed.push(index);
+        }
     }
 }
 
@@ -158,6 +170,7 @@ impl<T: PartialEq> Table<T> {
             // Told of rows alone, a reader would keep the old end.
             self.begin();
             self.previous = self.version;
+            self.changed = vec![0; self.rows.len() + 1];
         }
     }
 }
@@ -170,11 +183,10 @@ mod tests {
     fn a_reader_is_told_what_it_has_not_seen() {
         let mut table = Table::from(vec![1, 2, 3]);
         let new = 0;
-        assert_eq!(table.changes_since(new), Changes::All);
+        assert_eq!(table.changes_since(new), Changes::Rows(&[0, 1, 2]));
         let other = Table::from(vec![4, 5, 6]);
         assert_eq!(other.changes_since(table.version()), Changes::All);
         let seen = table.version();
-        table.settle();
         assert_eq!(table.changes_since(seen), Changes::None);
         assert!(!table.set(1, 2), "an equal value is no change");
         assert_eq!(table.changes_since(seen), Changes::None);
@@ -182,7 +194,6 @@ mod tests {
         table.set(2, 30);
         assert_eq!(table.changes_since(seen), Changes::Rows(&[1, 2]));
         let newer = table.version();
-        table.settle();
         table.push(4);
         assert_eq!(table.changes_since(seen), Changes::All, "two behind");
         assert_eq!(table.changes_since(newer), Changes::Rows(&[3]));
@@ -191,13 +202,11 @@ mod tests {
     #[test]
     fn a_shorter_table_is_read_anew() {
         let mut table = Table::from(vec![1, 2, 3]);
-        table.settle();
         let seen = table.version();
         table.assign([1, 2]);
         assert_eq!(*table, [1, 2]);
         assert_eq!(table.changes_since(seen), Changes::All);
         let seen = table.version();
-        table.settle();
         table.assign([1, 2]);
         assert_eq!(table.changes_since(seen), Changes::None);
     }

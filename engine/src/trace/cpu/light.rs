@@ -31,7 +31,7 @@ pub fn local_light(
     if !lit {
         return sum;
     }
-    for light in &scene.lights {
+    for light in scene.lights.iter() {
         let beam = Beam::new(light, surface.position);
         let cosine = surface.n_shade.dot(beam.dir);
         if cosine < LEAST_COSINE || surface.n_geom.dot(beam.dir) < LEAST_COSINE {
@@ -135,7 +135,7 @@ fn shadow(
     }
     let mut passed = Vec3::ONE;
     while let Some(found) = trace::<false>(scene, &probe, stack) {
-        let row = &scene.instances[found.row as usize];
+        let row = &scene.instances()[found.key.id as usize];
         let material = &scene.materials[row.material as usize];
         if material.flags & MATERIAL_TRANSMITS == 0 {
             return Vec3::ZERO;

@@ -31,6 +31,8 @@ const RAYS_PER_TASK: usize = 1024;
 pub struct CpuTracer {
     packed: PackedScene,
     picture: Option<Picture>,
+    /// The frame shows something that the picture does not.
+    is_due: bool,
     counters: Counters,
     passes: Vec<PassTime>,
 }
@@ -61,12 +63,18 @@ impl Tracer for CpuTracer {
     fn upload(&mut self, scene: &FrameScene, settings: &TraceSettings) -> Result<(), TraceError> {
         let start = Instant::now();
         self.packed.pack(scene, settings);
+        self.is_due |= self.packed.has_changed;
+        self.packed.keep_no_copy();
         self.passes
             .push(PassTime::since("rows and instance tree", start));
         Ok(())
     }
 
     fn render(&mut self) -> Result<(), TraceError> {
+        if !std::mem::take(&mut self.is_due) {
+            self.counters = Counters::default();
+            return Ok(());
+        }
         let start = Instant::now();
         let view = self.packed.view;
         let size = glam::UVec2::new(view.width, view.height);

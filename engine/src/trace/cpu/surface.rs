@@ -7,7 +7,7 @@ use glam::Vec3;
 
 use super::traverse::{Found, Start};
 use crate::frame::wire::{
-    InstanceRow, KIND_CUBOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, MaterialRow, NONE,
+    InstanceRow, KIND_CUBOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, MaterialRow,
 };
 use crate::geom::{affine_error, cuboid_normal, gamma, offset_origin, unit_or};
 use crate::trace::PackedScene;
@@ -41,7 +41,7 @@ type Point = (Vec3, Vec3, Vec3, Vec3);
 
 /// Resolves a hit of the ray from `origin` along `dir`.
 pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec3) -> Surface<'a> {
-    let row = &scene.instances[found.row as usize];
+    let row = &scene.instances()[found.key.id as usize];
     let t = found.key.t;
     let (position, error, normal, shading) = match row.kind {
         KIND_MESH => {
@@ -84,8 +84,9 @@ pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec
 /// The ray's point moved onto the triangle's plane. Along the plane it errs by the ray's error, which
 /// shrinks towards the eye as pixels do; weights of corners would err by the triangle's size instead.
 fn mesh_point(scene: &PackedScene, row: &InstanceRow, found: &Found, near: Vec3) -> Point {
-    let triangle = &scene.triangles[found.triangle as usize];
-    let [a, b, c] = [triangle.a, triangle.b, triangle.c].map(Vec3::from);
+    let mesh = scene.mesh(row);
+    let triangle = &mesh.triangles[found.triangle as usize];
+    let [a, b, c] = mesh.corners(triangle);
     let (ab, ac, from_corner) = (b - a, c - a, near - a);
     let face = ab.cross(ac);
     let normal = unit_or(face, Vec3::ZERO);
@@ -105,13 +106,11 @@ fn mesh_point(scene: &PackedScene, row: &InstanceRow, found: &Found, near: Vec3)
     );
     let normal = row.local_from_world.transposed_vector(normal);
     let mut shading = normal;
-    if triangle.normals != NONE {
+    if let Some([at_a, at_b, at_c]) = mesh.corner_normals(triangle) {
         let [u, v] = found.uv;
-        let w = 1.0 - u - v;
-        let at = |i: u32| Vec3::from(scene.normals[(triangle.normals + i) as usize].normal);
         shading = row
             .local_from_world
-            .transposed_vector(at(0) * w + at(1) * u + at(2) * v);
+            .transposed_vector(at_a * (1.0 - u - v) + at_b * u + at_c * v);
     }
     // A mirrored instance turns both normals alike, and a smooth one follows its face's side.
     (position, error, normal, shading)

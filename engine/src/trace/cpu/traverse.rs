@@ -11,6 +11,10 @@ use crate::geom::{
 };
 use crate::trace::PackedScene;
 
+/// 2^-20: what a ray's origin errs by, of its size, in the space of the instance tree's boxes (one sum) or of
+/// an instance (a product with its matrix; the boxes are padded for what is worse conditioned than a turn).
+const ORIGIN_SLACK: f32 = 1.0 / 1_048_576.0;
+
 /// Orders hits: by t, then instance id, then primitive. What makes every answer independent of trees.
 #[derive(Clone, Copy, Debug, PartialEq, PartialOrd)]
 pub struct Key {
@@ -75,9 +79,7 @@ pub struct Probe {
 pub struct Found {
     /// Its place in the order of hits.
     pub key: Key,
-    /// Instance row.
-    pub row: u32,
-    /// Triangle row, of meshes.
+    /// Place among the triangles of its mesh in the order of leaves.
     pub triangle: u32,
     /// Barycentric weights of the second and third corner.
     pub uv: [f32; 2],
@@ -109,134 +111,134 @@ pub fn trace<const ANY: bool>(
         probe,
         best: Found {
             key: probe.before,
-            row: NONE,
             triangle: NONE,
             uv: [0.0; 2],
         },
+        is_hit: false,
     };
     let found = search.planes() || {
         stack.len = 0;
-        scene.view.root != NONE && search.instances(stack)
+        search.instances(stack)
     };
-    (found || search.best.row != NONE).then_some(search.best)
+    (found || search.is_hit).then_some(search.best)
 }
 
 struct Search<'a, const ANY: bool> {
     scene: &'a PackedScene,
     probe: &'a Probe,
+    /// The best hit so far, or the bound it must be before.
     best: Found,
+    is_hit: bool,
 }
 
 impl<const ANY: bool> Search<'_, ANY> {
     /// Takes a candidate if it is in range and the best so far; true: the search is over.
     #[inline]
-    fn offer(&mut self, key: Key, row: u32, triangle: u32, uv: [f32; 2]) -> bool {
+    fn offer(&mut self, key: Key, triangle: u32, uv: [f32; 2]) -> bool {
         if !(key > self.probe.after && key < self.best.key) {
             return false;
         }
-        self.best = Found {
-            key,
-            row,
-            triangle,
-            uv,
-        };
+        self.best = Found { key, triangle, uv };
+        self.is_hit = true;
         ANY
     }
 
     fn planes(&mut self) -> bool {
-        for index in 0..self.scene.view.plane_count {
-            let row = &self.scene.instances[index as usize];
-            if self.probe.start.id == row.id {
+        let mut next = self.scene.view.first_plane;
+        while next != NONE {
+            let id = next;
+            let row = &self.scene.instances()[id as usize];
+            next = row.next_plane;
+            if self.probe.start.id == id {
                 continue;
             }
             let [x, y, z, distance] = row.local_from_world.0[0];
             let normal = Vec3::new(x, y, z);
-            if let Some(t) = intersect_plane(normal, distance, self.probe.origin, self.probe.dir) {
-                let key = Key {
-                    t,
-                    id: row.id,
-                    prim: 0,
-                };
-                if self.offer(key, index, NONE, [0.0; 2]) {
-                    return true;
-                }
+            if let Some(t) = intersect_plane(normal, distance, self.probe.origin, self.probe.dir)
+                && self.offer(Key { t, id, prim: 0 }, NONE, [0.0; 2])
+            {
+                return true;
             }
         }
         false
     }
 
     fn instances(&mut self, stack: &mut Stack) -> bool {
-        let nodes = &self.scene.nodes[self.scene.view.root as usize..];
-        let slab = SlabRay::new(self.probe.origin, self.probe.dir);
+        let nodes = self.scene.instance_nodes();
+        if nodes.is_empty() {
+            return false;
+        }
+        let offset = Vec3::from(self.scene.view.eye_from_anchor);
+        let origin = self.probe.origin + offset;
+        let slack = (self.probe.origin.abs() + offset.abs()) * ORIGIN_SLACK;
+        let slab = SlabRay::with_slack(origin, slack, self.probe.dir);
         walk(nodes, &slab, self, stack, |search, stack, index, _| {
             search.instance(index, stack)
         })
     }
 
     fn instance(&mut self, index: u32, stack: &mut Stack) -> bool {
-        let row = &self.scene.instances[index as usize];
+        let row = &self.scene.instances()[index as usize];
         if row.kind == KIND_SPHERE {
             let [x, y, z, radius] = row.local_from_world.0[0];
             let from_center = self.probe.origin - Vec3::new(x, y, z);
-            return self.sphere(index, row.id, from_center, self.probe.dir, radius);
+            return self.sphere(index, from_center, self.probe.dir, radius);
         }
         let origin = row.local_from_world.point(self.probe.origin);
         let dir = row.local_from_world.vector(self.probe.dir);
         match row.kind {
             KIND_MESH => self.mesh(index, row, origin, dir, stack),
-            KIND_ELLIPSOID => self.sphere(index, row.id, origin, dir, 1.0),
-            KIND_CUBOID => self.cuboid(index, row.id, origin, dir),
+            KIND_ELLIPSOID => self.sphere(index, origin, dir, 1.0),
+            KIND_CUBOID => self.cuboid(index, origin, dir),
             _ => false,
         }
     }
 
-    fn sphere(&mut self, row: u32, id: u32, from_center: Vec3, dir: Vec3, radius: f32) -> bool {
+    fn sphere(&mut self, id: u32, from_center: Vec3, dir: Vec3, radius: f32) -> bool {
         let starts_on = self.probe.start.id == id;
         let Some(roots) = intersect_sphere(from_center, dir, radius, starts_on) else {
             return false;
         };
         let key = |t| Key { t, id, prim: 0 };
-        self.offer(key(roots.near), row, NONE, [0.0; 2])
-            || self.offer(key(roots.far), row, NONE, [0.0; 2])
+        self.offer(key(roots.near), NONE, [0.0; 2]) || self.offer(key(roots.far), NONE, [0.0; 2])
     }
 
-    fn cuboid(&mut self, row: u32, id: u32, origin: Vec3, dir: Vec3) -> bool {
+    fn cuboid(&mut self, id: u32, origin: Vec3, dir: Vec3) -> bool {
         let Some(faces) = intersect_cuboid(origin, dir) else {
             return false;
         };
         faces.into_iter().any(|(t, prim)| {
             let starts_on = self.probe.start == Start { id, prim };
-            !starts_on && self.offer(Key { t, id, prim }, row, NONE, [0.0; 2])
+            !starts_on && self.offer(Key { t, id, prim }, NONE, [0.0; 2])
         })
     }
 
     fn mesh(
         &mut self,
-        index: u32,
+        id: u32,
         row: &InstanceRow,
         origin: Vec3,
         dir: Vec3,
         stack: &mut Stack,
     ) -> bool {
-        let nodes = &self.scene.nodes[row.root as usize..];
-        let triangles = &self.scene.triangles[row.first_triangle as usize..];
+        let mesh = self.scene.mesh(row);
+        let nodes = mesh.nodes();
         let (slab, shear) = (SlabRay::new(origin, dir), Shear::new(dir));
         let start = self.probe.start;
         walk(nodes, &slab, self, stack, |search, _, first, count| {
             for slot in first..first + count {
-                let triangle = &triangles[slot as usize];
-                let corners = [triangle.a, triangle.b, triangle.c].map(Vec3::from);
+                let triangle = &mesh.triangles[slot as usize];
+                let corners = mesh.corners(triangle);
                 let Some(hit) = shear.intersect(origin, corners) else {
                     continue;
                 };
                 let key = Key {
                     t: hit.t,
-                    id: row.id,
+                    id,
                     prim: triangle.prim,
                 };
-                let starts_on = start.id == row.id && start.prim == triangle.prim;
-                let slot = row.first_triangle + slot;
-                if !starts_on && search.offer(key, index, slot, [hit.u, hit.v]) {
+                let starts_on = start.id == id && start.prim == triangle.prim;
+                if !starts_on && search.offer(key, slot, [hit.u, hit.v]) {
                     return true;
                 }
             }
@@ -301,18 +303,19 @@ fn push_children(
     (from, to): (f32, f32),
     stack: &mut Stack,
 ) -> Option<u32> {
-    let axis = |min: &[f32; 4], max: &[f32; 4], origin: f32, inverse: f32| {
-        let (near, far) = if inverse > 0.0 {
-            (min, max)
+    let axis = |min: &[f32; 4], max: &[f32; 4], axis: usize| {
+        let inverse = slab.inverse[axis];
+        let least = (Vec4::from(*min) - slab.from_least[axis]) * inverse;
+        let greatest = (Vec4::from(*max) - slab.from_greatest[axis]) * inverse;
+        if inverse > 0.0 {
+            (least, greatest)
         } else {
-            (max, min)
-        };
-        let t = |side: &[f32; 4]| (Vec4::from(*side) - origin) * inverse;
-        (t(near), t(far))
+            (greatest, least)
+        }
     };
-    let (near_x, far_x) = axis(&node.min_x, &node.max_x, slab.origin.x, slab.inverse.x);
-    let (near_y, far_y) = axis(&node.min_y, &node.max_y, slab.origin.y, slab.inverse.y);
-    let (near_z, far_z) = axis(&node.min_z, &node.max_z, slab.origin.z, slab.inverse.z);
+    let (near_x, far_x) = axis(&node.min_x, &node.max_x, 0);
+    let (near_y, far_y) = axis(&node.min_y, &node.max_y, 1);
+    let (near_z, far_z) = axis(&node.min_z, &node.max_z, 2);
     let near = near_x.max(near_y).max(near_z.max(Vec4::splat(from)));
     let far = far_x.min(far_y).min(far_z) * FAR_WIDENING;
     let entered = near.cmple(far.min(Vec4::splat(to))).bitmask();

@@ -14,7 +14,7 @@ use crate::frame::wire::{PassRow, StageRow, ViewRow};
 pub const SCENE_BINDINGS: [&str; 6] = [
     "nodes",
     "triangles",
-    "normals",
+    "vertices",
     "instances",
     "materials",
     "lights",

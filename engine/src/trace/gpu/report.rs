@@ -97,6 +97,12 @@ impl Reports {
         self.readback.request(index);
     }
 
+    /// Whether a report is on its way.
+    pub fn is_waiting(&self) -> bool {
+        let pending = |slot: &Slot| slot.state.load(Ordering::Acquire) != FREE;
+        self.slots.iter().any(pending)
+    }
+
     /// The newest report that has come back since the last call.
     pub fn collect(&mut self, gpu: &Gpu) -> Option<Report> {
         let mut newest: Option<(u64, Report)> = None;

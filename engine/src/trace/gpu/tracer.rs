@@ -35,6 +35,8 @@ pub struct GpuTracer {
     pub(super) special: Option<Specialisation>,
     pub(super) rays: Option<RayBuffers>,
     target: Option<Target>,
+    /// The frame shows something that the picture does not.
+    is_due: bool,
     reports: Reports,
     counters: Counters,
     host_passes: Vec<PassTime>,
@@ -67,6 +69,7 @@ impl GpuTracer {
             special: None,
             rays: None,
             target: None,
+            is_due: false,
             counters: Counters::default(),
             host_passes: Vec::new(),
             device_millis: None,
@@ -110,6 +113,16 @@ impl GpuTracer {
             traced: false,
         });
         Ok(())
+    }
+
+    /// Nothing is traced and nothing is on its way.
+    fn rest(&mut self) {
+        self.counters = Counters {
+            bytes_uploaded: self.counters.bytes_uploaded,
+            trees_updated: self.counters.trees_updated,
+            ..Counters::default()
+        };
+        self.device_millis = None;
     }
 
     fn take_report(&mut self) {
@@ -188,12 +201,13 @@ impl Tracer for GpuTracer {
     fn upload(&mut self, scene: &FrameScene, settings: &TraceSettings) -> Result<(), TraceError> {
         let start = Instant::now();
         self.packed.pack(scene, settings);
+        self.is_due |= self.packed.has_changed;
         self.host_passes
             .push(PassTime::since("rows and instance tree", start));
         let start = Instant::now();
         let written = self
             .on_device
-            .upload(&self.gpu, &self.layouts, &self.packed)?;
+            .upload(&self.gpu, &self.layouts, &mut self.packed)?;
         self.host_passes.push(PassTime::since("upload", start));
         self.counters.bytes_uploaded = written;
         self.counters.trees_updated = self.packed.trees_updated;
@@ -205,10 +219,17 @@ impl Tracer for GpuTracer {
     fn render(&mut self) -> Result<(), TraceError> {
         let special = self.special.ok_or_else(nothing_uploaded)?;
         let view = self.packed.view;
+        if self.reports.is_waiting() {
+            // Reports of earlier pictures; an error here shows in `check` below.
+            let _ = self.gpu.device.poll(wgpu::PollType::Poll);
+            self.take_report();
+        } else if !self.is_due {
+            self.rest();
+        }
+        if !self.is_due {
+            return self.gpu.check();
+        }
         self.make_target(UVec2::new(view.width, view.height))?;
-        // Reports of earlier pictures; an error here shows in `check` below.
-        let _ = self.gpu.device.poll(wgpu::PollType::Poll);
-        self.take_report();
         let kernel = Kernel::Whitted;
         let pipeline = self
             .pipelines
@@ -221,6 +242,7 @@ impl Tracer for GpuTracer {
             self.submit_bands(&pipeline, &target, &bands, &offsets);
             target.traced = true;
             self.target = Some(target);
+            self.is_due = false;
         }
         self.gpu.check()
     }

@@ -6,8 +6,9 @@ use super::buffers::RowBuffer;
 use super::context::Gpu;
 use super::layout::{Layouts, SCENE_BINDINGS, bind};
 use crate::frame::wire::{
-    InstanceRow, LightRow, MaterialRow, Node4, NormalRow, PassRow, TriangleRow, ViewRow,
+    InstanceRow, LightRow, MaterialRow, Node4, PassRow, TriangleRow, VertexRow, ViewRow,
 };
+use crate::trace::pack::{DirtyRows, Stale};
 use crate::trace::{PackedScene, TraceError};
 
 /// Groups 0 and 1.
@@ -16,12 +17,10 @@ pub struct SceneOnDevice {
     passes: RowBuffer,
     nodes: RowBuffer,
     triangles: RowBuffer,
-    normals: RowBuffer,
+    vertices: RowBuffer,
     instances: RowBuffer,
     materials: RowBuffer,
     lights: RowBuffer,
-    /// [`PackedScene::mesh_version`] on the device.
-    mesh_version: Option<u64>,
     /// Bytes from one pass row to the next.
     pass_stride: u64,
     /// A buffer grew into another one that group 1 does not bind yet; kept over an upload that fails.
@@ -48,12 +47,12 @@ impl SceneOnDevice {
         let passes = uniform("passes", size_of::<PassRow>() as u64);
         let nodes = rows::<Node4>(gpu, "nodes");
         let triangles = rows::<TriangleRow>(gpu, "triangles");
-        let normals = rows::<NormalRow>(gpu, "normals");
+        let vertices = rows::<VertexRow>(gpu, "vertices");
         let instances = rows::<InstanceRow>(gpu, "instances");
         let materials = rows::<MaterialRow>(gpu, "materials");
         let lights = rows::<LightRow>(gpu, "lights");
         let all = [
-            &nodes, &triangles, &normals, &instances, &materials, &lights,
+            &nodes, &triangles, &vertices, &instances, &materials, &lights,
         ];
         let alignment = gpu.device.limits().min_uniform_buffer_offset_alignment;
         Self {
@@ -63,11 +62,10 @@ impl SceneOnDevice {
             passes,
             nodes,
             triangles,
-            normals,
+            vertices,
             instances,
             materials,
             lights,
-            mesh_version: None,
             pass_stride: u64::from(alignment).max(size_of::<PassRow>() as u64),
             moved: false,
         }
@@ -81,40 +79,68 @@ impl SceneOnDevice {
         &mut self,
         gpu: &Gpu,
         layouts: &Layouts,
-        packed: &PackedScene,
+        packed: &mut PackedScene,
     ) -> Result<u64, TraceError> {
-        let meshes_end = packed.instance_nodes_start as usize;
-        for (buffer, size) in [
-            (&mut self.nodes, size_of_val(&packed.nodes[..])),
-            (&mut self.triangles, size_of_val(&packed.triangles[..])),
-            (&mut self.normals, size_of_val(&packed.normals[..])),
-        ] {
-            if buffer.reserve(gpu, size as u64)? {
+        let arenas = &packed.arenas;
+        let sizes = [
+            (&mut self.nodes, bytes_of_rows::<Node4>(arenas.nodes.len())),
+            (
+                &mut self.triangles,
+                bytes_of_rows::<TriangleRow>(arenas.triangles.len()),
+            ),
+            (
+                &mut self.vertices,
+                bytes_of_rows::<VertexRow>(arenas.vertices.len()),
+            ),
+        ];
+        for (buffer, size) in sizes {
+            if buffer.reserve(gpu, size)? {
+                // The new buffer holds nothing.
                 self.moved = true;
-                self.mesh_version = None; // the new buffer holds nothing
+                packed
+                    .meshes
+                    .iter_mut()
+                    .for_each(|mesh| mesh.stale = Stale::All);
+                packed.instances.tree.all_mut();
             }
         }
-        let mut written = 0;
-        if self.mesh_version != Some(packed.mesh_version) {
-            let mesh_nodes: &[u8] = cast_slice(&packed.nodes[..meshes_end]);
-            written += self.nodes.write(gpu, 0, mesh_nodes);
-            written += self.triangles.write(gpu, 0, cast_slice(&packed.triangles));
-            written += self.normals.write(gpu, 0, cast_slice(&packed.normals));
-            self.mesh_version = Some(packed.mesh_version);
-        }
-        let tail = (meshes_end * size_of::<Node4>()) as u64;
-        let instance_nodes: &[u8] = cast_slice(&packed.nodes[meshes_end..]);
-        written += self.nodes.write_changed(gpu, tail, instance_nodes);
+        let mut written = self.write_meshes(gpu, packed);
+        let root = packed.instance_nodes_start();
+        let tree = &mut packed.instances.tree;
+        written += write_dirty(gpu, &mut self.nodes, u64::from(root), tree);
         let moved = &mut self.moved;
-        written += put(gpu, &mut self.instances, &packed.instances, moved)?;
-        written += put(gpu, &mut self.materials, &packed.materials, moved)?;
-        written += put(gpu, &mut self.lights, &packed.lights, moved)?;
+        written += put(gpu, &mut self.instances, &mut packed.instances.rows, moved)?;
+        written += put(gpu, &mut self.materials, &mut packed.materials, moved)?;
+        written += put(gpu, &mut self.lights, &mut packed.lights, moved)?;
         written += self.view.write_changed(gpu, 0, bytes_of(&packed.view));
         if self.moved {
             self.scene = bind_scene(gpu, layouts, self.scene_rows());
             self.moved = false;
         }
         Ok(written)
+    }
+
+    fn write_meshes(&mut self, gpu: &Gpu, packed: &mut PackedScene) -> u64 {
+        let mut written = 0;
+        for mesh in packed.meshes.iter_mut() {
+            let stale = std::mem::take(&mut mesh.stale);
+            if stale == Stale::Nothing {
+                continue;
+            }
+            let at = |start: u32, size: usize| u64::from(start) * size as u64;
+            let nodes = at(mesh.place.nodes.start, size_of::<Node4>());
+            let triangles = at(mesh.place.triangles.start, size_of::<TriangleRow>());
+            let vertices = at(mesh.place.vertices.start, size_of::<VertexRow>());
+            written += self.nodes.write(gpu, nodes, cast_slice(mesh.nodes()));
+            if stale == Stale::All {
+                let rows = cast_slice(&mesh.triangles);
+                written += self.triangles.write(gpu, triangles, rows);
+            }
+            written += self
+                .vertices
+                .write(gpu, vertices, cast_slice(&mesh.vertices));
+        }
+        written
     }
 
     /// Writes the rows of the passes to come; returns the offset of each for group 0.
@@ -143,7 +169,7 @@ impl SceneOnDevice {
         [
             &self.nodes,
             &self.triangles,
-            &self.normals,
+            &self.vertices,
             &self.instances,
             &self.materials,
             &self.lights,
@@ -151,15 +177,38 @@ impl SceneOnDevice {
     }
 }
 
+fn bytes_of_rows<T>(count: u32) -> u64 {
+    u64::from(count) * size_of::<T>() as u64
+}
+
+/// Writes what changed of rows that have a buffer of their own, making room for them.
 fn put<T: Pod>(
     gpu: &Gpu,
     buffer: &mut RowBuffer,
-    rows: &[T],
+    rows: &mut DirtyRows<T>,
     moved: &mut bool,
 ) -> Result<u64, TraceError> {
-    let bytes: &[u8] = cast_slice(rows);
-    *moved |= buffer.reserve(gpu, bytes.len() as u64)?;
-    Ok(buffer.write_changed(gpu, 0, bytes))
+    if buffer.reserve(gpu, size_of_val(&rows[..]) as u64)? {
+        *moved = true;
+        rows.all_mut();
+    }
+    Ok(write_dirty(gpu, buffer, 0, rows))
+}
+
+/// Writes what changed of rows that begin at row `start` of the buffer.
+fn write_dirty<T: Pod>(
+    gpu: &Gpu,
+    buffer: &mut RowBuffer,
+    start: u64,
+    rows: &mut DirtyRows<T>,
+) -> u64 {
+    let mut written = 0;
+    for range in rows.take_dirty() {
+        let offset = (start + u64::from(range.start)) * size_of::<T>() as u64;
+        let range = range.start as usize..range.end as usize;
+        written += buffer.write(gpu, offset, cast_slice(&rows[range]));
+    }
+    written
 }
 
 fn bind_frame(
@@ -199,18 +248,24 @@ fn bind_scene(
 
 #[cfg(test)]
 mod tests {
-    use bytemuck::Zeroable;
-
     use super::*;
 
-    const NODE: usize = size_of::<Node4>();
+    use crate::frame::{FrameScene, TraceSettings};
+    use crate::world::MeshData;
 
-    fn packed(nodes: usize, triangles: usize) -> PackedScene {
+    /// A strip of triangles; about 16 bytes of triangles, vertices and nodes each, nodes least.
+    fn packed(triangles: u32) -> PackedScene {
+        let vertices =
+            (0..triangles + 2).map(|i| glam::DVec3::new(f64::from(i), f64::from(i % 2), 0.0));
+        let corners = (0..triangles).map(|i| [i, i + 1, i + 2]).collect();
+        let mesh = MeshData::new("strip", vertices.collect(), Vec::new(), corners);
+        let scene = FrameScene {
+            meshes: vec![mesh.expect("a strip is a mesh").into()].into(),
+            ..FrameScene::default()
+        };
         let mut packed = PackedScene::default();
-        packed.nodes = vec![Node4::zeroed(); nodes];
-        packed.instance_nodes_start = nodes as u32;
-        packed.triangles = vec![TriangleRow::zeroed(); triangles];
-        packed.mesh_version = 1;
+        packed.refit(&scene);
+        packed.pack(&scene, &TraceSettings::default());
         packed
     }
 
@@ -220,16 +275,18 @@ mod tests {
         let gpu = Gpu::limited(most).expect("a GPU, or software Vulkan, for the tests");
         let layouts = Layouts::new(&gpu);
         let mut on_device = SceneOnDevice::new(&gpu, &layouts);
-        let nodes = most as usize / 2 / NODE;
         let before = on_device.scene.clone();
-        let too_large = on_device.upload(&gpu, &layouts, &packed(nodes, most as usize));
+        let mut large = packed(most as u32 / size_of::<VertexRow>() as u32);
+        let too_large = on_device.upload(&gpu, &layouts, &mut large);
         assert!(
-            matches!(&too_large, Err(TraceError::TooLarge(why)) if why.contains("triangles")),
+            matches!(&too_large, Err(TraceError::TooLarge(_))),
             "{too_large:?}"
         );
-        let written = on_device.upload(&gpu, &layouts, &packed(nodes, 1));
+        let mut small = packed(most as u32 / size_of::<VertexRow>() as u32 / 8);
+        let written = on_device.upload(&gpu, &layouts, &mut small);
+        let nodes = size_of_val(small.meshes[0].nodes());
         assert!(
-            written.is_ok_and(|bytes| bytes as usize >= nodes * NODE),
+            written.is_ok_and(|bytes| bytes as usize >= nodes),
             "the new buffer stayed empty"
         );
         assert_ne!(on_device.scene, before, "the old buffer is still bound");

@@ -1,10 +1,13 @@
-//! A shape in the world as a row in render space, and its box there.
+//! A shape in the world as a row: what depends on its pose alone, and what the eye adds.
+//!
+//! The two are apart so that a camera that moves costs one pass over the rows ([`Placed::place`]) and
+//! gives the same bits as packing them anew.
 
-use glam::{DAffine3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
-use super::PackedMesh;
+use super::mesh::PackedMesh;
 use crate::frame::wire::{
-    InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE,
+    InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, NONE,
 };
 use crate::frame::{Instance, Shape};
 use crate::geom::{Aabb, AffineRows};
@@ -15,81 +18,221 @@ const UNIT_BOX: Aabb = Aabb {
     max: Vec3::ONE,
 };
 
-/// The row of an instance seen from `eye`, and its box; planes have an empty one. None if it draws nothing.
-pub(super) fn instance_row<'a>(
-    instance: &Instance,
-    eye: DVec3,
-    mesh: impl Fn(u32) -> &'a PackedMesh,
-) -> Option<(InstanceRow, Aabb)> {
-    let mut render_from_local = instance.world_from_local;
-    render_from_local.translation -= eye;
-    let (mut row, bounds) = match instance.shape {
-        Shape::Vacant => return None,
-        Shape::Mesh(id) => mesh_row(&render_from_local, mesh(id))?,
-        Shape::Sphere { radius } => sphere_row(&render_from_local, radius),
+/// A row that draws nothing.
+pub const VACANT: InstanceRow = InstanceRow {
+    local_from_world: AffineRows::ZERO,
+    world_from_local: AffineRows::ZERO,
+    kind: NONE,
+    material: 0,
+    root: 0,
+    first_triangle: 0,
+    first_vertex: 0,
+    mesh: NONE,
+    next_plane: NONE,
+    first_normal: NONE,
+};
+
+/// What is needed to place a row relative to another eye, in f64.
+///
+/// The instance's position and what lies between it and the row's origin are apart: only the former is
+/// large far from the world's origin, and it is exact once the eye is subtracted.
+#[derive(Clone, Copy, Debug)]
+pub struct Placed {
+    /// The instance's position in the world.
+    at: DVec3,
+    /// From there to the origin of the row's local space; of planes, to a point on it.
+    offset: DVec3,
+    /// The linear part of local_from_world; of planes, the unit normal as first column.
+    inverse: DMat3,
+}
+
+/// How far a row reaches about its [`Placed`] position.
+#[derive(Clone, Copy, Debug)]
+pub struct PaddedBox {
+    low: DVec3,
+    high: DVec3,
+    /// Roundings the intersector makes, in ulps of the largest coordinate; negative: in no tree.
+    pad: f64,
+}
+
+/// A row but for what the eye adds, where it is and how far it reaches.
+pub type Packed = (InstanceRow, Placed, PaddedBox);
+
+/// What draws nothing.
+pub const NOTHING: Packed = (VACANT, Placed::NOWHERE, PaddedBox::NONE);
+
+impl Placed {
+    const NOWHERE: Self = Self {
+        at: DVec3::ZERO,
+        offset: DVec3::ZERO,
+        inverse: DMat3::ZERO,
+    };
+
+    /// Writes what of the row depends on the eye: positions are subtracted in f64, then rounded.
+    pub fn place(&self, row: &mut InstanceRow, eye: DVec3) {
+        let at = (self.at - eye) + self.offset;
+        match row.kind {
+            KIND_SPHERE => {
+                let [x, y, z] = at.as_vec3().to_array();
+                row.local_from_world.0[0][..3].copy_from_slice(&[x, y, z]);
+            }
+            KIND_PLANE => row.local_from_world.0[0][3] = self.inverse.x_axis.dot(at) as f32,
+            NONE => {}
+            _ => {
+                row.world_from_local.set_translation(at);
+                row.local_from_world.set_translation(-(self.inverse * at));
+            }
+        }
+    }
+
+    /// How far it is from a point, along the axis where it is farthest.
+    pub fn distance(&self, point: DVec3) -> f64 {
+        ((self.at - point) + self.offset).abs().max_element()
+    }
+}
+
+impl PaddedBox {
+    /// Of what is in no tree.
+    pub const NONE: Self = Self {
+        low: DVec3::ZERO,
+        high: DVec3::ZERO,
+        pad: -1.0,
+    };
+
+    /// Whether there is a box at all.
+    pub fn is_bounded(&self) -> bool {
+        self.pad >= 0.0
+    }
+
+    /// The box about an anchor that no ray may leave out as long as the eye is within `reach` of it;
+    /// empty for what is in no tree, or out of range.
+    pub fn bounds(&self, placed: &Placed, anchor: DVec3, reach: f64) -> Aabb {
+        if !self.is_bounded() {
+            return Aabb::EMPTY;
+        }
+        let at = (placed.at - anchor) + placed.offset;
+        let (low, high) = (at + self.low, at + self.high);
+        let largest = low.abs().max(high.abs()).max_element() + reach;
+        let pad = largest * f64::from(f32::EPSILON) * self.pad;
+        let (min, max) = ((low - pad).as_vec3(), (high + pad).as_vec3());
+        if min.is_finite() && max.is_finite() {
+            Aabb { min, max }
+        } else {
+            Aabb::EMPTY
+        }
+    }
+}
+
+/// The row of an instance but for [`Placed::place`]. One that draws nothing is vacant.
+pub fn instance_row<'a>(instance: &Instance, mesh: impl FnOnce(u32) -> &'a PackedMesh) -> Packed {
+    let world = &instance.world_from_local;
+    let (mut row, placed, padded) = match instance.shape {
+        Shape::Vacant => return NOTHING,
+        Shape::Mesh(id) => mesh_row(world, id, mesh(id)),
+        Shape::Sphere { radius } => sphere_row(world, radius),
         Shape::Cuboid { min, max } => {
             let (half, center) = ((max - min) * 0.5, (max + min) * 0.5);
             let unit = DAffine3::from_scale_rotation_translation(half, DQuat::IDENTITY, center);
-            affine_row(KIND_CUBOID, render_from_local * unit, UNIT_BOX)
+            affine_row(KIND_CUBOID, world, &unit, UNIT_BOX)
         }
-        Shape::Plane { normal, distance } => {
-            let mut row = InstanceRow {
-                kind: KIND_PLANE,
-                ..Default::default()
-            };
-            row.local_from_world.0[0] = render_plane(&render_from_local, normal, distance);
-            (row, Aabb::EMPTY)
-        }
+        Shape::Plane { normal, distance } => plane_row(world, normal, distance),
     };
     row.material = instance.material;
     // Extraction keeps such things out; a scene made by hand may still hold one.
-    let drawable = bounds.min.is_finite() && bounds.max.is_finite();
-    drawable.then_some((row, bounds))
+    let center = placed.at + placed.offset;
+    if (center + padded.low).is_finite() && (center + padded.high).is_finite() {
+        (row, placed, padded)
+    } else {
+        NOTHING
+    }
 }
 
 /// A shape that is tested in a local space of its own.
-fn affine_row(kind: u32, render_from_unit: DAffine3, local: Aabb) -> (InstanceRow, Aabb) {
-    let unit_from_render = render_from_unit.inverse();
+fn affine_row(kind: u32, world: &DAffine3, local_from_unit: &DAffine3, local: Aabb) -> Packed {
+    let m = world.matrix3 * local_from_unit.matrix3;
+    let inverse = m.inverse();
     let row = InstanceRow {
         kind,
-        world_from_local: AffineRows::new(render_from_unit),
-        local_from_world: AffineRows::new(unit_from_render),
-        ..Default::default()
+        world_from_local: AffineRows::new(DAffine3::from_mat3(m)),
+        local_from_world: AffineRows::new(DAffine3::from_mat3(inverse)),
+        ..VACANT
     };
-    let condition = frobenius(&render_from_unit) * frobenius(&unit_from_render);
-    (row, render_box(&render_from_unit, &local, condition))
+    let (min, max) = (local.min.as_dvec3(), local.max.as_dvec3());
+    let (center, half) = ((min + max) * 0.5, (max - min) * 0.5);
+    let reach = m.abs() * half;
+    let center = m * center;
+    // The intersector's f32 transform errs by a few roundings of |M^-1| (|M| |p|), hence the condition.
+    let condition = frobenius(&m) * frobenius(&inverse);
+    let placed = Placed {
+        at: world.translation,
+        offset: world.matrix3 * local_from_unit.translation,
+        inverse,
+    };
+    let padded = PaddedBox {
+        low: center - reach,
+        high: center + reach,
+        pad: 2.0 * condition,
+    };
+    (row, placed, padded)
 }
 
-fn mesh_row(render_from_local: &DAffine3, mesh: &PackedMesh) -> Option<(InstanceRow, Aabb)> {
-    if mesh.tree.nodes.is_empty() {
-        return None;
+fn mesh_row(world: &DAffine3, id: u32, mesh: &PackedMesh) -> Packed {
+    if mesh.nodes().is_empty() {
+        return NOTHING;
     }
-    let recentre = DAffine3::from_translation(mesh.source.origin);
-    let (mut row, bounds) = affine_row(KIND_MESH, *render_from_local * recentre, mesh.bounds);
-    row.root = mesh.root;
-    row.first_triangle = mesh.first_triangle;
-    Some((row, bounds))
+    let recentre = DAffine3::from_translation(mesh.source.data.origin);
+    let (mut row, placed, padded) = affine_row(KIND_MESH, world, &recentre, mesh.bounds);
+    row.root = mesh.place.nodes.start;
+    row.first_triangle = mesh.place.triangles.start;
+    row.first_vertex = mesh.place.vertices.start;
+    row.first_normal = mesh.first_normal();
+    row.mesh = id;
+    (row, placed, padded)
 }
 
 /// A sphere stays one in render space unless its transform squeezes it.
-fn sphere_row(render_from_local: &DAffine3, radius: f64) -> (InstanceRow, Aabb) {
-    let Some(scale) = uniform_scale(render_from_local) else {
+fn sphere_row(world: &DAffine3, radius: f64) -> Packed {
+    let Some(scale) = uniform_scale(&world.matrix3) else {
         let unit = DAffine3::from_scale(DVec3::splat(radius));
-        return affine_row(KIND_ELLIPSOID, *render_from_local * unit, UNIT_BOX);
+        return affine_row(KIND_ELLIPSOID, world, &unit, UNIT_BOX);
     };
+    let radius = (radius * scale) as f32;
     let mut row = InstanceRow {
         kind: KIND_SPHERE,
-        ..Default::default()
+        ..VACANT
     };
-    let center = render_from_local.translation.as_vec3();
-    let radius = (radius * scale) as f32;
-    row.local_from_world.0[0] = center.extend(radius).to_array();
-    (row, padded(center - radius, center + radius, 4.0))
+    row.local_from_world.0[0][3] = radius;
+    let half = DVec3::splat(f64::from(radius));
+    let placed = Placed {
+        at: world.translation,
+        ..Placed::NOWHERE
+    };
+    let padded = PaddedBox {
+        low: -half,
+        high: half,
+        pad: 4.0,
+    };
+    (row, placed, padded)
 }
 
-/// The scale of a map that is nothing but scale, rotation and translation, to f64 accuracy.
-fn uniform_scale(map: &DAffine3) -> Option<f64> {
-    let m = map.matrix3;
+/// Planes have no box and are in no tree.
+fn plane_row(world: &DAffine3, normal: DVec3, distance: f64) -> Packed {
+    let mut row = InstanceRow {
+        kind: KIND_PLANE,
+        ..VACANT
+    };
+    let n = (world.matrix3.inverse().transpose() * normal).normalize();
+    row.local_from_world.0[0] = n.as_vec3().extend(0.0).to_array();
+    let placed = Placed {
+        at: world.translation,
+        offset: world.matrix3 * (normal * (distance / normal.length_squared())),
+        inverse: DMat3::from_cols(n, DVec3::ZERO, DVec3::ZERO),
+    };
+    (row, placed, PaddedBox::NONE)
+}
+
+/// The scale of a map that is nothing but scale and rotation, to f64 accuracy.
+fn uniform_scale(m: &DMat3) -> Option<f64> {
     let scale = m.x_axis.length();
     let close = |a: f64, b: f64| (a - b).abs() <= 1e-12 * scale;
     let uniform = close(m.y_axis.length(), scale)
@@ -100,38 +243,6 @@ fn uniform_scale(map: &DAffine3) -> Option<f64> {
     uniform.then_some(scale)
 }
 
-fn frobenius(map: &DAffine3) -> f64 {
-    let m = map.matrix3;
+fn frobenius(m: &DMat3) -> f64 {
     (m.x_axis.length_squared() + m.y_axis.length_squared() + m.z_axis.length_squared()).sqrt()
-}
-
-/// The render-space box of a local box, widened by what the intersector's f32 transform may err by:
-/// a few roundings of |M^-1| (|M| |p|), hence the condition number.
-fn render_box(render_from_local: &DAffine3, local: &Aabb, condition: f64) -> Aabb {
-    let (min, max) = (local.min.as_dvec3(), local.max.as_dvec3());
-    let (center, half) = ((min + max) * 0.5, (max - min) * 0.5);
-    let m = render_from_local.matrix3;
-    let reach = m.x_axis.abs() * half.x + m.y_axis.abs() * half.y + m.z_axis.abs() * half.z;
-    let center = render_from_local.transform_point3(center);
-    padded(
-        (center - reach).as_vec3(),
-        (center + reach).as_vec3(),
-        2.0 * condition as f32,
-    )
-}
-
-/// A box widened by `ulps` of its largest coordinate.
-fn padded(min: Vec3, max: Vec3, ulps: f32) -> Aabb {
-    let pad = min.abs().max(max.abs()).max_element() * f32::EPSILON * ulps;
-    Aabb {
-        min: min - pad,
-        max: max + pad,
-    }
-}
-
-/// Unit normal and distance of a transformed plane relative to the eye.
-fn render_plane(render_from_local: &DAffine3, normal: DVec3, distance: f64) -> [f32; 4] {
-    let point = render_from_local.transform_point3(normal * (distance / normal.length_squared()));
-    let n = (render_from_local.matrix3.inverse().transpose() * normal).normalize();
-    [n.x as f32, n.y as f32, n.z as f32, n.dot(point) as f32]
 }

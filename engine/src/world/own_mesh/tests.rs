@@ -254,7 +254,6 @@ fn an_equal_deformation_is_no_change() {
         trial.edit();
     }
     trial.engine.frame();
-    trial.engine.world.resource_mut::<Meshes>().settle();
     let before = trial.engine.world.resource::<Meshes>().rows().version();
     for entity in trial.entities.clone() {
         let mut entity = trial.engine.world.entity_mut(entity);
@@ -278,7 +277,6 @@ fn a_replaced_mesh_reaches_those_who_deform_it() {
     let entity = engine.world.spawn((Mesh(base), Wave::default())).id();
     engine.frame();
     let mut meshes = engine.world.resource_mut::<Meshes>();
-    meshes.settle();
     meshes.replace(base, quad());
     engine.frame();
     let meshes = engine.world.resource::<Meshes>();

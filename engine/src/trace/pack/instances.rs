@@ -1,0 +1,283 @@
+//! The rows of all instances, kept from frame to frame, and the tree over them.
+//!
+//! What changed is packed anew. A camera that moves costs one pass over the rows, for they are relative to
+//! the eye; the tree's boxes are about an anchor, an older eye, and are padded for every eye within reach
+//! of it, so no tree is touched (rays are moved into the anchor's space instead, and given some slack).
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use super::dirty::DirtyRows;
+use super::instance::{NOTHING, Packed, PaddedBox, Placed, instance_row};
+use super::mesh::PackedMesh;
+use crate::bvh::{Child, Node4, Tree};
+use crate::frame::wire::{InstanceRow, KIND_PLANE, NONE};
+use crate::frame::{FrameScene, Instance};
+use crate::geom::Aabb;
+use crate::world::Changes;
+
+/// Rows that are worth a task of their own.
+const ROWS_PER_TASK: usize = 2048;
+
+/// Rows of instances of each mesh; some may show another mesh by now, and some are named twice.
+#[derive(Default)]
+struct Users {
+    of_mesh: Vec<Vec<u32>>,
+    noted: usize,
+}
+
+impl Users {
+    fn of(&self, mesh: u32) -> &[u32] {
+        self.of_mesh.get(mesh as usize).map_or(&[], Vec::as_slice)
+    }
+
+    /// Notes what a row shows now; what it showed before is left for the next count.
+    fn note(&mut self, row: u32, rows: &[InstanceRow]) {
+        if self.noted > 2 * rows.len() + 1024 {
+            return self.count(rows);
+        }
+        let mesh = rows[row as usize].mesh;
+        if mesh != NONE {
+            if mesh as usize >= self.of_mesh.len() {
+                self.of_mesh.resize_with(mesh as usize + 1, Vec::new);
+            }
+            self.of_mesh[mesh as usize].push(row);
+            self.noted += 1;
+        }
+    }
+
+    fn count(&mut self, rows: &[InstanceRow]) {
+        self.of_mesh.iter_mut().for_each(Vec::clear);
+        self.noted = 0;
+        (0..rows.len() as u32).for_each(|row| self.note(row, rows));
+    }
+}
+
+/// See the module.
+#[derive(Default)]
+pub struct PackedInstances {
+    /// Row for row those of the frame.
+    pub rows: DirtyRows<InstanceRow>,
+    placed: Vec<Placed>,
+    padded: Vec<PaddedBox>,
+    /// About the anchor; empty for what is in no tree.
+    boxes: Vec<Aabb>,
+    /// Rows of planes, ascending.
+    planes: Vec<u32>,
+    users: Users,
+    /// Rows that name each material.
+    material_uses: Vec<u32>,
+    eye: DVec3,
+    anchor: DVec3,
+    /// How far the eye may be from the anchor.
+    reach: f64,
+    seen: u64,
+    /// The tree over the boxes; leaves hold one row each.
+    pub tree: DirtyRows<Node4>,
+}
+
+impl PackedInstances {
+    /// Brings rows and tree up to the frame, given the meshes that were built, refitted or moved; whether the
+    /// tree changed.
+    pub fn update(&mut self, scene: &FrameScene, meshes: &[PackedMesh], changed: &[u32]) -> bool {
+        let eye = scene.view.origin;
+        let rows = scene.instances.changes_since(self.seen);
+        self.seen = scene.instances.version();
+        let uses = scene.materials.len().max(self.material_uses.len());
+        self.material_uses.resize(uses, 0);
+        let touched: Option<Vec<u32>> = match rows {
+            Changes::All => None,
+            Changes::Rows(rows) => Some(self.with_users(rows, changed)),
+            Changes::None => Some(self.with_users(&[], changed)),
+        };
+        match &touched {
+            None => self.pack_all(scene, meshes),
+            Some(touched) => self.pack_some(scene, meshes, touched),
+        }
+        if self.eye != eye {
+            self.eye = eye;
+            self.follow_eye();
+        }
+        // Not-a-number is far, too.
+        let is_near = (eye - self.anchor).abs().max_element() <= self.reach;
+        if touched.is_none() || !is_near {
+            self.drop_anchor();
+            return self.rebuild();
+        }
+        touched.is_some_and(|touched| self.rebox(&touched) && self.rebuild())
+    }
+
+    /// First row of the planes; the others follow by their links.
+    pub fn first_plane(&self) -> u32 {
+        self.planes.first().copied().unwrap_or(NONE)
+    }
+
+    /// The eye relative to the anchor.
+    pub fn eye_from_anchor(&self) -> DVec3 {
+        self.eye - self.anchor
+    }
+
+    fn with_users(&self, rows: &[u32], meshes: &[u32]) -> Vec<u32> {
+        let users = meshes.iter().flat_map(|&mesh| self.users.of(mesh));
+        let shows = |row: &&u32| meshes.contains(&self.rows[**row as usize].mesh);
+        rows.iter().chain(users.filter(shows)).copied().collect()
+    }
+
+    /// Whether some row names a material for which this holds.
+    pub fn any_material(&self, mut holds: impl FnMut(usize) -> bool) -> bool {
+        let mut used = self.material_uses.iter().enumerate();
+        used.any(|(material, &uses)| uses > 0 && holds(material))
+    }
+
+    fn resize(&mut self, count: usize) {
+        let (vacant, nowhere, none) = NOTHING;
+        self.rows.resize(count, vacant);
+        self.placed.resize(count, nowhere);
+        self.padded.resize(count, none);
+        self.boxes.resize(count, Aabb::EMPTY);
+    }
+
+    fn pack_all(&mut self, scene: &FrameScene, meshes: &[PackedMesh]) {
+        self.resize(scene.instances.len());
+        let eye = self.eye;
+        let pack = |(((row, placed), padded), instance): (
+            ((&mut InstanceRow, &mut Placed), &mut PaddedBox),
+            &Instance,
+        )| {
+            (*row, *placed, *padded) = pack(instance, meshes, eye);
+        };
+        self.rows
+            .all_mut()
+            .par_iter_mut()
+            .with_min_len(ROWS_PER_TASK)
+            .zip(&mut self.placed)
+            .zip(&mut self.padded)
+            .zip(&scene.instances[..])
+            .for_each(pack);
+        self.users.count(&self.rows);
+        self.material_uses.fill(0);
+        for row in self.rows.iter().filter(|row| row.kind != NONE) {
+            self.material_uses[row.material as usize] += 1;
+        }
+        self.link_planes();
+    }
+
+    fn pack_some(&mut self, scene: &FrameScene, meshes: &[PackedMesh], touched: &[u32]) {
+        if touched.is_empty() {
+            return;
+        }
+        self.resize(scene.instances.len());
+        let eye = self.eye;
+        let pack = |&row: &u32| pack(&scene.instances[row as usize], meshes, eye);
+        // A pool takes longer to wake than a few rows to pack.
+        let packed: Vec<Packed> = if touched.len() < ROWS_PER_TASK {
+            touched.iter().map(pack).collect()
+        } else {
+            let rows = touched.par_iter().with_min_len(ROWS_PER_TASK);
+            rows.map(pack).collect()
+        };
+        let mut planes_changed = false;
+        for (&index, (mut row, placed, padded)) in touched.iter().zip(packed) {
+            let i = index as usize;
+            let old = self.rows[i];
+            row.next_plane = old.next_plane;
+            planes_changed |= (old.kind == KIND_PLANE) != (row.kind == KIND_PLANE);
+            if old.kind != NONE {
+                self.material_uses[old.material as usize] -= 1;
+            }
+            if row.kind != NONE {
+                self.material_uses[row.material as usize] += 1;
+            }
+            self.rows.set(i, row);
+            if old.mesh != row.mesh {
+                self.users.note(index, &self.rows);
+            }
+            self.placed[i] = placed;
+            self.padded[i] = padded;
+        }
+        if planes_changed {
+            self.link_planes();
+        }
+    }
+
+    fn link_planes(&mut self) {
+        let is_plane = |(row, packed): (usize, &InstanceRow)| {
+            (packed.kind == KIND_PLANE).then_some(row as u32)
+        };
+        self.planes = self.rows.iter().enumerate().filter_map(is_plane).collect();
+        for (i, &plane) in self.planes.iter().enumerate() {
+            let next_plane = self.planes.get(i + 1).copied().unwrap_or(NONE);
+            let row = self.rows[plane as usize];
+            self.rows
+                .set(plane as usize, InstanceRow { next_plane, ..row });
+        }
+    }
+
+    /// One pass over the rows: what is relative to the eye.
+    fn follow_eye(&mut self) {
+        let eye = self.eye;
+        self.rows
+            .all_mut()
+            .par_iter_mut()
+            .with_min_len(ROWS_PER_TASK)
+            .zip(&self.placed)
+            .for_each(|(row, placed)| placed.place(row, eye));
+    }
+
+    /// Makes the eye the anchor. The eye may go as far from it as things are on average: boxes are padded
+    /// for that reach, which so stays in proportion to what they hold.
+    fn drop_anchor(&mut self) {
+        let anchor = self.eye;
+        let (sum, count) = self
+            .placed
+            .iter()
+            .zip(&self.padded)
+            .filter(|(_, padded)| padded.is_bounded())
+            .fold((0.0, 0_u32), |(sum, count), (placed, _)| {
+                (sum + placed.distance(anchor), count + 1)
+            });
+        let reach = sum / f64::from(count.max(1));
+        (self.anchor, self.reach) = (anchor, reach);
+        self.boxes
+            .par_iter_mut()
+            .with_min_len(ROWS_PER_TASK)
+            .zip(&self.placed)
+            .zip(&self.padded)
+            .for_each(|((bounds, placed), padded)| *bounds = padded.bounds(placed, anchor, reach));
+    }
+
+    /// Boxes of rows that changed; whether any is another.
+    fn rebox(&mut self, touched: &[u32]) -> bool {
+        let mut changed = false;
+        for &row in touched {
+            let i = row as usize;
+            let bounds = self.padded[i].bounds(&self.placed[i], self.anchor, self.reach);
+            changed |= bounds != self.boxes[i];
+            self.boxes[i] = bounds;
+        }
+        changed
+    }
+
+    fn rebuild(&mut self) -> bool {
+        let (rows, boxes): (Vec<u32>, Vec<Aabb>) = (0_u32..)
+            .zip(&self.boxes)
+            .filter(|(_, bounds)| !bounds.is_empty())
+            .unzip();
+        let mut tree = Tree::build_fast(&boxes);
+        for slot in tree.nodes.iter_mut().flat_map(|n| &mut n.children) {
+            if let Child::Leaf { first, count } = Child::decode(*slot) {
+                let first = rows[tree.prims[first as usize] as usize];
+                *slot = Child::Leaf { first, count }.encode();
+            }
+        }
+        self.tree.resize(tree.nodes.len(), Node4::EMPTY);
+        self.tree.all_mut().copy_from_slice(&tree.nodes);
+        true
+    }
+}
+
+fn pack(instance: &Instance, meshes: &[PackedMesh], eye: DVec3) -> Packed {
+    let (mut row, placed, padded) = instance_row(instance, |mesh| &meshes[mesh as usize]);
+    placed.place(&mut row, eye);
+    (row, placed, padded)
+}

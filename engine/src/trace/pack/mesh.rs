@@ -1,0 +1,197 @@
+//! A mesh as rows: its vertices, its triangles in the order of its tree's leaves, and the tree.
+
+use std::ops::Range;
+use std::sync::Arc;
+
+use glam::{Vec3, Vec3A};
+
+use super::arena::Arena;
+use super::deform::{Adjacency, deform_positions, vertex_normals};
+use crate::bvh::{Extent, Node4, Tree};
+use crate::frame::wire::{NONE, TriangleRow, VertexRow};
+use crate::geom::Aabb;
+use crate::world::{MeshData, MeshRow};
+
+/// What a device's copy of a mesh lacks.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Stale {
+    /// Nothing.
+    #[default]
+    Nothing,
+    /// Vertices and boxes.
+    Deformed,
+    /// Everything.
+    All,
+}
+
+/// Where a device keeps a mesh, in rows of the three long buffers.
+#[derive(Clone, Debug, Default)]
+pub struct Place {
+    /// Nodes of the tree, root first.
+    pub nodes: Range<u32>,
+    /// Triangles.
+    pub triangles: Range<u32>,
+    /// Positions, then normals of smooth meshes.
+    pub vertices: Range<u32>,
+}
+
+/// The three long buffers that all meshes share, nodes with the tree over instances.
+#[derive(Clone, Debug, Default)]
+pub struct Arenas {
+    /// Nodes.
+    pub nodes: Arena,
+    /// Triangles.
+    pub triangles: Arena,
+    /// Vertices.
+    pub vertices: Arena,
+}
+
+impl Arenas {
+    fn take(&mut self, mesh: &PackedMesh) -> Place {
+        Place {
+            nodes: self.nodes.take(mesh.tree.nodes.len() as u32),
+            triangles: self.triangles.take(mesh.triangles.len() as u32),
+            vertices: self.vertices.take(mesh.vertices.len() as u32),
+        }
+    }
+
+    /// Frees a mesh's place.
+    pub fn free(&mut self, place: Place) {
+        self.nodes.free(place.nodes);
+        self.triangles.free(place.triangles);
+        self.vertices.free(place.vertices);
+    }
+}
+
+/// See the module.
+#[derive(Default)]
+pub struct PackedMesh {
+    /// What it was packed from.
+    pub source: MeshRow,
+    tree: Tree,
+    /// In the order of the tree's leaves.
+    pub triangles: Vec<TriangleRow>,
+    /// Positions, then normals of smooth meshes.
+    pub vertices: Vec<VertexRow>,
+    /// Around all vertices that a triangle uses.
+    pub bounds: Aabb,
+    /// Where a device keeps it.
+    pub place: Place,
+    /// What a device lacks of it.
+    pub stale: Stale,
+    /// Deformed vertices, before they are rows.
+    scratch: Vec<Vec3>,
+    /// Of smooth meshes that were ever deformed.
+    adjacency: Option<Adjacency>,
+}
+
+impl PackedMesh {
+    /// Builds the tree, of the deformed mesh; the place is to be taken.
+    pub fn build(source: &MeshRow) -> Self {
+        let data: &MeshData = &source.data;
+        let mut mesh = Self {
+            source: source.clone(),
+            ..Self::default()
+        };
+        mesh.fill_vertices();
+        let corner = |i: u32| Vec3::from(mesh.vertices[i as usize].vector);
+        let boxes: Vec<Aabb> = data
+            .triangles
+            .iter()
+            .map(|t| Aabb::of(t.map(corner)))
+            .collect();
+        mesh.tree = Tree::build(&boxes);
+        let triangle = |&prim: &u32| TriangleRow {
+            corners: data.triangles[prim as usize],
+            prim,
+        };
+        mesh.triangles = mesh.tree.prims.iter().map(triangle).collect();
+        mesh.bounds = mesh.tree.bounds();
+        mesh.stale = Stale::All;
+        mesh
+    }
+
+    /// Whether a row of the frame is what this was packed from, but for how it is deformed.
+    pub fn is_of(&self, row: &MeshRow) -> bool {
+        Arc::ptr_eq(&self.source.data, &row.data) && self.source.structure == row.structure
+    }
+
+    /// Deforms the vertices as a row of the frame says and refits the tree; whether that was another way.
+    pub fn deform(&mut self, row: &MeshRow) -> bool {
+        if self.source.deformation == row.deformation {
+            return false;
+        }
+        self.source.deformation.clone_from(&row.deformation);
+        self.fill_vertices();
+        let (vertices, triangles) = (&self.vertices, &self.triangles);
+        let corner = |i: u32| Vec3A::from_array(vertices[i as usize].vector);
+        self.tree
+            .refit(|place| Extent::of_triangle(triangles[place].corners.map(corner)));
+        self.bounds = self.tree.bounds();
+        self.stale = self.stale.max(Stale::Deformed);
+        true
+    }
+
+    /// Positions and normals, deformed or at rest.
+    fn fill_vertices(&mut self) {
+        let data = &self.source.data;
+        let row = |v: &Vec3| VertexRow {
+            vector: v.to_array(),
+            spare: 0,
+        };
+        let Some(deformation) = &self.source.deformation else {
+            let vectors = data.positions.iter().chain(&data.normals);
+            self.vertices.clear();
+            self.vertices.extend(vectors.map(row));
+            return;
+        };
+        deform_positions(data, deformation, &mut self.scratch);
+        self.vertices.clear();
+        self.vertices.extend(self.scratch.iter().map(row));
+        if !data.normals.is_empty() {
+            let adjacency = self.adjacency.get_or_insert_with(|| Adjacency::of(data));
+            let mut normals = Vec::new();
+            vertex_normals(data, adjacency, &self.scratch, &mut normals);
+            self.vertices.extend(normals.iter().map(row));
+        }
+    }
+
+    /// Takes the place of `old` in the arenas.
+    pub fn settle_in(&mut self, arenas: &mut Arenas, old: Place) {
+        arenas.free(old);
+        self.place = arenas.take(self);
+        self.stale = Stale::All;
+    }
+
+    /// Nodes of the tree, root first; none: nothing to hit.
+    #[inline]
+    pub fn nodes(&self) -> &[Node4] {
+        &self.tree.nodes
+    }
+
+    /// First row of the normals; [`NONE`]: flat.
+    pub fn first_normal(&self) -> u32 {
+        if self.source.data.normals.is_empty() {
+            NONE
+        } else {
+            self.place.vertices.start + self.source.data.positions.len() as u32
+        }
+    }
+
+    /// Positions of a triangle's corners.
+    #[inline]
+    pub fn corners(&self, triangle: &TriangleRow) -> [Vec3; 3] {
+        triangle
+            .corners
+            .map(|i| Vec3::from(self.vertices[i as usize].vector))
+    }
+
+    /// Normals at a triangle's corners; none: it is flat.
+    #[inline]
+    pub fn corner_normals(&self, triangle: &TriangleRow) -> Option<[Vec3; 3]> {
+        let normals = self.vertices.get(self.source.data.positions.len()..)?;
+        let at = |i: u32| normals.get(i as usize).map(|row| Vec3::from(row.vector));
+        let [a, b, c] = triangle.corners;
+        Some([at(a)?, at(b)?, at(c)?])
+    }
+}
