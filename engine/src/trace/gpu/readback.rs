@@ -63,6 +63,12 @@ impl Readback {
             });
     }
 
+    /// Whether an answer is on its way or waits to be collected.
+    pub fn is_waiting(&self) -> bool {
+        let taken = |slot: &Slot| slot.state.load(Ordering::Acquire) != FREE;
+        self.slots.iter().any(taken)
+    }
+
     /// Calls `take` with the buffer and the bytes of each answer that has come back since the last call.
     pub fn collect(&self, mut take: impl FnMut(usize, &[u8])) {
         for (index, slot) in self.slots.iter().enumerate() {

@@ -99,8 +99,7 @@ impl Reports {
 
     /// Whether a report is on its way.
     pub fn is_waiting(&self) -> bool {
-        let pending = |slot: &Slot| slot.state.load(Ordering::Acquire) != FREE;
-        self.slots.iter().any(pending)
+        self.readback.is_waiting()
     }
 
     /// The newest report that has come back since the last call.
