@@ -12,13 +12,15 @@ use crate::geom::Aabb;
 /// Nodes that one tree may ask of a traversal's stack: half of it, for there are two levels of trees.
 pub(super) const STACK_SHARE: u32 = TRAVERSAL_CAPACITY / 2;
 
+/// Most primitives in a leaf of a mesh's tree.
+pub(super) const MESH_LEAF: u32 = 4;
 /// What visiting a binary node costs, in tests of a triangle, when leaves are formed. Of 1, 1.5, 2 and 3 the
 /// last gave rays as fast as any in a mesh of a million triangles, and the fewest nodes to refit.
 const NODE_COST: f32 = 3.0;
 
 /// A node of the binary tree on its way to four children.
 #[derive(Clone, Copy)]
-struct Binary {
+pub(super) struct Binary {
     bounds: Aabb,
     /// Leaves: first of the primitives. Inner nodes: first of two neighbouring children.
     first: u32,
@@ -29,33 +31,38 @@ struct Binary {
 impl Tree {
     /// A tree of good quality for what is built once and traced often; boxes must be finite.
     pub fn build(boxes: &[Aabb]) -> Self {
-        Self::with_leaves(boxes, 4, 0.02)
+        Self::of_good_quality(boxes, 4)
     }
 
     /// A tree built quickly, one primitive a leaf: for the instances of a frame.
     pub fn build_fast(boxes: &[Aabb]) -> Self {
-        Self::with_leaves(boxes, 1, 0.0)
+        Self::with_leaves(boxes, 1, 0.0, 4)
     }
 
-    fn with_leaves(boxes: &[Aabb], max_leaf: u32, reinsertion: f32) -> Self {
+    /// [`Tree::build`] with 2 to 4 children a node.
+    pub(super) fn of_good_quality(boxes: &[Aabb], width: usize) -> Self {
+        Self::with_leaves(boxes, MESH_LEAF, 0.02, width)
+    }
+
+    fn with_leaves(boxes: &[Aabb], max_leaf: u32, reinsertion: f32, width: usize) -> Self {
         if boxes.is_empty() {
             return Self::default();
         }
         let (binary, prims) = ploc(boxes, max_leaf, reinsertion);
-        let tree = widen(&binary, prims);
+        let tree = widen(&binary, prims, width);
         if tree.stack_need() <= STACK_SHARE {
             return tree;
         }
         // Pathological input (nested boxes, say) can make PLOC's tree a list. Medians cannot:
         // 2^28 primitives need 14 levels of 4, 43 entries.
-        balanced(boxes, max_leaf)
+        balanced(boxes, max_leaf, width)
     }
 }
 
 /// The tree by medians.
-pub(super) fn balanced(boxes: &[Aabb], max_leaf: u32) -> Tree {
+pub(super) fn balanced(boxes: &[Aabb], max_leaf: u32, width: usize) -> Tree {
     let (binary, prims) = medians(boxes, max_leaf);
-    widen(&binary, prims)
+    widen(&binary, prims, width)
 }
 
 /// Parallel locally-ordered clustering, with some reinsertion and leaves collapsed by cost.
@@ -90,7 +97,7 @@ fn ploc(boxes: &[Aabb], max_leaf: u32, reinsertion: f32) -> (Vec<Binary>, Vec<u3
 }
 
 /// Splits at the median of the widest axis: balanced whatever the input.
-fn medians(boxes: &[Aabb], max_leaf: u32) -> (Vec<Binary>, Vec<u32>) {
+pub(super) fn medians(boxes: &[Aabb], max_leaf: u32) -> (Vec<Binary>, Vec<u32>) {
     let mut prims: Vec<u32> = (0..boxes.len() as u32).collect();
     let whole = |prims: &[u32]| {
         prims
@@ -136,8 +143,8 @@ fn medians(boxes: &[Aabb], max_leaf: u32) -> (Vec<Binary>, Vec<u32>) {
 }
 
 /// Collapses a binary tree level by level: each node takes in grandchildren, largest area first, until it
-/// has four.
-fn widen(binary: &[Binary], prims: Vec<u32>) -> Tree {
+/// has `width` children.
+pub(super) fn widen(binary: &[Binary], prims: Vec<u32>, width: usize) -> Tree {
     let mut tree = Tree {
         prims: Vec::with_capacity(prims.len()),
         ..Tree::default()
@@ -150,7 +157,7 @@ fn widen(binary: &[Binary], prims: Vec<u32>) -> Tree {
         tree.levels.push(level.end as u32);
         for index in level {
             let mut node = Node4::EMPTY;
-            let (group, size) = children_of(binary, sources[index]);
+            let (group, size) = children_of(binary, sources[index], width);
             for (slot, &child) in group[..size].iter().enumerate() {
                 let Binary {
                     bounds,
@@ -177,11 +184,11 @@ fn widen(binary: &[Binary], prims: Vec<u32>) -> Tree {
     tree
 }
 
-/// The up to four binary nodes that become the children of a node, and how many they are.
-fn children_of(binary: &[Binary], from: u32) -> ([u32; 4], usize) {
+/// The binary nodes, at most `width`, that become the children of a node, and how many they are.
+fn children_of(binary: &[Binary], from: u32, width: usize) -> ([u32; 4], usize) {
     let mut group = [from; 4];
     let mut size = 1;
-    while size < 4 {
+    while size < width {
         let inner = (0..size).filter(|&i| binary[group[i] as usize].count == 0);
         let area = |i: &usize| binary[group[*i] as usize].bounds.half_area();
         let Some(open) = inner.max_by(|a, b| area(a).total_cmp(&area(b))) else {
@@ -248,7 +255,7 @@ mod tests {
         let tree = Tree::build_fast(&boxes);
         tree.validate(&boxes).unwrap();
         assert!(tree.stack_need() <= STACK_SHARE, "{}", tree.stack_need());
-        balanced(&boxes, 1).validate(&boxes).unwrap();
+        balanced(&boxes, 1, 4).validate(&boxes).unwrap();
     }
 
     #[test]

@@ -60,7 +60,7 @@ impl RowTree {
     /// The same by medians: for what would overflow the traversal's stack otherwise.
     fn build_balanced(&mut self, boxes: &[Extent], rows: &[u32]) {
         let plain: Vec<Aabb> = boxes.iter().map(|&b| b.into()).collect();
-        let tree = balanced(&plain, 1);
+        let tree = balanced(&plain, 1, 4);
         (self.nodes, self.levels) = (tree.nodes, tree.levels);
         self.parents.clear();
         self.parents.resize(self.nodes.len(), NOWHERE);

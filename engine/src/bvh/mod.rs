@@ -13,7 +13,9 @@ mod instances;
 mod morton;
 mod node;
 mod paths;
+mod rebuild;
 mod refit;
+mod structures;
 mod tree;
 
 pub use cluster::Clusters;
@@ -21,6 +23,8 @@ pub use extent::Extent;
 pub use fast::RowTree;
 pub use instances::{InstanceTree, TreeAction, TreeWork};
 pub use node::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, Node4};
+pub use rebuild::{Rebuilder, Rebuilt};
+pub use structures::Bounds;
 pub use tree::{Child, Tree};
 
 /// Nodes a traversal can hold over both levels of trees; each tree is built to need at most half.

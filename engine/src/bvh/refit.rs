@@ -15,13 +15,12 @@ use std::ops::Range;
 use glam::{Mat4, Vec3A, Vec4};
 use rayon::prelude::*;
 
-use super::{Child, Extent, LEAF_COUNT_SHIFT, Node4, Tree};
+use super::build::MESH_LEAF;
+use super::{Bounds, Child, Extent, LEAF_COUNT_SHIFT, Node4, Tree};
 use crate::geom::Aabb;
 
 /// Nodes whose costs are summed in f32 before they go into an f64.
 const CHUNK: usize = 512;
-/// Primitives of a leaf of [`Tree::build`], the most.
-const USUAL_LEAF: usize = 4;
 /// Subtrees that a large tree is cut into, so that threads can share them and sums do not depend on threads.
 const SUBTREES: u32 = 64;
 /// Nodes from which more than one thread is worth waking.
@@ -85,12 +84,21 @@ impl Tree {
     }
 
     fn refit_by(&mut self, slot_box: impl Fn(usize) -> Extent + Sync, parallel: bool) -> f32 {
-        refit::<USUAL_LEAF>(&mut self.nodes, &self.levels, &slot_box, parallel)
+        const USUAL: usize = MESH_LEAF as usize;
+        match self.bounds {
+            Bounds::Boxes => refit::<USUAL>(&mut self.nodes, &self.levels, &slot_box, parallel),
+            Bounds::Spheres => self.refit_spheres(slot_box),
+            Bounds::Unbounded => self.cost_of_everything(),
+        }
     }
 
-    /// What a ray that meets the root's box is expected to visit; see the module. 0 for no tree.
+    /// What a ray that meets the root's bounds is expected to visit; see the module. 0 for no tree.
     pub fn cost(&self) -> f32 {
-        total_cost(&self.nodes)
+        match self.bounds {
+            Bounds::Boxes => total_cost(&self.nodes),
+            Bounds::Spheres => self.cost_of_spheres(),
+            Bounds::Unbounded => self.cost_of_everything(),
+        }
     }
 }
 

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use super::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, Node4};
+use super::structures::bounds_content;
+use super::{Bounds, CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, Node4};
 use crate::geom::Aabb;
 
 /// A 4-wide tree over numbered boxes.
@@ -15,6 +16,8 @@ pub struct Tree {
     pub prims: Vec<u32>,
     /// `levels[d]..levels[d + 1]` are the nodes of depth d, the root's being 0; empty for no primitives.
     pub levels: Vec<u32>,
+    /// What slots of nodes hold.
+    pub bounds: Bounds,
 }
 
 /// What a slot of [`Node4::children`] says.
@@ -102,7 +105,7 @@ impl Tree {
         stack_need(&self.nodes)
     }
 
-    /// Walks the tree and checks every invariant: each primitive in exactly one leaf, every box around
+    /// Walks the tree and checks every invariant: each primitive in exactly one leaf, every bound around
     /// all that is below it (exact compare), nodes breadth first in the levels that are stated.
     ///
     /// # Errors
@@ -128,7 +131,7 @@ impl Tree {
                             .fold(Aabb::EMPTY, |b, &p| b.union(boxes[p as usize]))
                     }
                 };
-                if !node.child_box(slot).contains(&inside) {
+                if !bounds_content(node, slot, &inside, self.bounds) {
                     return Err(format!(
                         "slot {slot} of node {index} is smaller than its content"
                     ));
