@@ -5,11 +5,13 @@
 
 mod mtl;
 mod obj;
+mod poses;
 mod smooth;
 
 pub use mtl::material_of;
 pub use obj::import_obj;
-pub use smooth::smooth;
+pub use poses::import_pose;
+pub use smooth::{smooth, smooth_part};
 
 use crate::world::{Material, MeshData};
 
@@ -31,6 +33,21 @@ pub struct Part {
     pub mesh: MeshData,
     /// Row of [`Model::materials`].
     pub material: Option<usize>,
+    /// The faces as the file has them.
+    pub outline: Outline,
+    /// Which vertex of the outline each vertex of the mesh is.
+    pub sources: Vec<u32>,
+}
+
+/// Faces without places: what all poses of a mesh have in common.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Outline {
+    /// Vertices of the group, numbered by first use.
+    pub vertices: usize,
+    /// Corners of each face.
+    pub arities: Vec<u32>,
+    /// Vertices at the corners, face by face.
+    pub corners: Vec<u32>,
 }
 
 impl Model {

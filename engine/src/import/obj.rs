@@ -10,7 +10,7 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::{Model, Part, material_of};
+use super::{Model, Outline, Part, material_of};
 use crate::world::{MeshData, Polygon, newell_normal, triangulate};
 
 /// Warnings kept for one file; broken files can have one a face.
@@ -22,11 +22,16 @@ const MAX_WARNINGS: usize = 20;
 /// A sentence without the file's name: it cannot be opened, is no OBJ, has no face, or names a vertex
 /// that is not there or not finite. A material file that is missing or bad is a warning.
 pub fn import_obj(path: &Path) -> Result<Model, String> {
+    guarded(path, |text| read(text, path))
+}
+
+/// Hands a file's text to a reader that may panic.
+fn guarded<T>(path: &Path, read: impl FnOnce(&str) -> Result<T, String>) -> Result<T, String> {
     let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
     // Some exporters write Latin-1 names; geometry is ASCII.
     let text = String::from_utf8_lossy(&bytes);
     // What is known to make tobj 4.0 panic is taken out first; what is not must not end the program.
-    catch_unwind(AssertUnwindSafe(|| read(&plain(&text), path)))
+    catch_unwind(AssertUnwindSafe(|| read(&plain(&text))))
         .unwrap_or_else(|_| Err("it is not a valid OBJ file (the reader gave up)".into()))
 }
 
@@ -56,13 +61,8 @@ fn plain(text: &str) -> String {
 fn read(text: &str, path: &Path) -> Result<Model, String> {
     // tobj asks for material files through a shared closure.
     let warnings = RefCell::new(Vec::new());
-    let options = tobj::LoadOptions {
-        ignore_points: true,
-        ignore_lines: true,
-        ..Default::default()
-    };
     let folder = path.parent().unwrap_or(Path::new(""));
-    let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options, |name| {
+    let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |name| {
         Ok(load_materials(
             &folder.join(name),
             name,
@@ -82,11 +82,13 @@ fn read(text: &str, path: &Path) -> Result<Model, String> {
         warnings: warnings.into_inner(),
     };
     for source in &models {
-        let mesh = mesh_of(source, &mut model.warnings)?;
+        let (mesh, sources) = mesh_of(source, &mut model.warnings)?;
         if !mesh.triangles.is_empty() {
             model.parts.push(Part {
                 mesh,
                 material: source.mesh.material_id,
+                outline: outline_of(&source.mesh),
+                sources,
             });
         }
     }
@@ -95,6 +97,48 @@ fn read(text: &str, path: &Path) -> Result<Model, String> {
         return Err("it has no face".into());
     }
     Ok(model)
+}
+
+fn options() -> tobj::LoadOptions {
+    tobj::LoadOptions {
+        ignore_points: true,
+        ignore_lines: true,
+        ..Default::default()
+    }
+}
+
+/// Faces and places of the vertices of each group that has faces, in the file's order. Materials are not read,
+/// but part a group like those of [`import_obj`].
+///
+/// # Errors
+/// A sentence without the file's name: it cannot be opened or is no OBJ.
+pub(super) fn outlines(path: &Path) -> Result<Vec<(Outline, Vec<DVec3>)>, String> {
+    guarded(path, |text| {
+        let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |_| {
+            Ok((Vec::new(), HashMap::new()))
+        });
+        let (models, _) = loaded.map_err(|error| format!("it is not a valid OBJ file: {error}"))?;
+        let parts = models.iter().map(|model| {
+            let vertices = points(&model.mesh.positions);
+            (outline_of(&model.mesh), vertices)
+        });
+        Ok(parts
+            .filter(|(outline, _)| !outline.corners.is_empty())
+            .collect())
+    })
+}
+
+fn outline_of(mesh: &tobj::Mesh) -> Outline {
+    Outline {
+        vertices: mesh.positions.len() / 3,
+        arities: mesh.face_arities.clone(),
+        corners: mesh.indices.clone(),
+    }
+}
+
+fn points(flat: &[f64]) -> Vec<DVec3> {
+    let (points, _) = flat.as_chunks::<3>();
+    points.iter().copied().map(DVec3::from_array).collect()
 }
 
 /// Entries of one MTL file; a file that cannot be read is a warning and no entries.
@@ -159,12 +203,12 @@ fn plain_materials(text: &str, name: &Path, warnings: &mut Vec<String>) -> Strin
 /// A corner of a face: vertex and normal.
 type Corner = (u32, Option<u32>);
 
-fn mesh_of(source: &tobj::Model, warnings: &mut Vec<String>) -> Result<MeshData, String> {
+/// A group's mesh, and which vertex of the group each of its vertices is.
+fn mesh_of(
+    source: &tobj::Model,
+    warnings: &mut Vec<String>,
+) -> Result<(MeshData, Vec<u32>), String> {
     let mesh = &source.mesh;
-    let points = |flat: &[f64]| -> Vec<DVec3> {
-        let (points, _) = flat.as_chunks::<3>();
-        points.iter().copied().map(DVec3::from_array).collect()
-    };
     let positions = points(&mesh.positions);
     let normals = points(&mesh.normals);
     let mut weld = Weld::default();
@@ -194,7 +238,8 @@ fn mesh_of(source: &tobj::Model, warnings: &mut Vec<String>) -> Result<MeshData,
         ));
         normals.clear();
     }
-    MeshData::new(source.name.clone(), weld.vertices, normals, triangles)
+    let mesh = MeshData::new(source.name.clone(), weld.vertices, normals, triangles)?;
+    Ok((mesh, weld.sources))
 }
 
 /// The corners of each face; all with a normal, or none.
@@ -232,6 +277,7 @@ struct Weld {
     rows: HashMap<Corner, u32>,
     vertices: Vec<DVec3>,
     normals: Vec<Vec3>,
+    sources: Vec<u32>,
 }
 
 impl Weld {
@@ -259,6 +305,7 @@ impl Weld {
         }
         let row = self.vertices.len() as u32;
         self.vertices.push(*position);
+        self.sources.push(vertex);
         self.rows.insert(corner, row);
         Ok(row)
     }

@@ -8,12 +8,28 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
+use super::Part;
 use crate::world::MeshData;
 
 /// The mesh with normals smooth across edges whose faces differ by at most `crease_degrees`.
 ///
 /// Vertices at the same place count as one, also where the file repeats them.
 pub fn smooth(mesh: &MeshData, crease_degrees: f64) -> MeshData {
+    smoothed(mesh, crease_degrees).0
+}
+
+/// [`smooth`] for a part of a model, which goes on knowing where its vertices come from.
+pub fn smooth_part(part: &mut Part, crease_degrees: f64) {
+    let (mesh, sources) = smoothed(&part.mesh, crease_degrees);
+    part.mesh = mesh;
+    part.sources = sources
+        .iter()
+        .map(|&vertex| part.sources[vertex as usize])
+        .collect();
+}
+
+/// The smooth mesh, and which vertex of the mesh given each of its vertices is.
+fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
     let places = places(&mesh.vertices);
     let faces: Vec<[Weighted; 3]> = mesh
         .triangles
@@ -29,7 +45,7 @@ pub fn smooth(mesh: &MeshData, crease_degrees: f64) -> MeshData {
     }
     let limit = crease_degrees.to_radians().cos() - 1e-9;
     let mut rows: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
-    let (mut vertices, mut normals) = (Vec::new(), Vec::new());
+    let (mut vertices, mut normals, mut sources) = (Vec::new(), Vec::new(), Vec::new());
     let triangles = mesh
         .triangles
         .iter()
@@ -51,6 +67,7 @@ pub fn smooth(mesh: &MeshData, crease_degrees: f64) -> MeshData {
                 *rows.entry(key).or_insert_with(|| {
                     vertices.push(mesh.vertices[place as usize]);
                     normals.push(normal);
+                    sources.push(place);
                     vertices.len() as u32 - 1
                 })
             })
@@ -60,13 +77,14 @@ pub fn smooth(mesh: &MeshData, crease_degrees: f64) -> MeshData {
         .iter()
         .map(|&v| (v - mesh.origin).as_vec3())
         .collect();
-    MeshData {
+    let smooth = MeshData {
         vertices,
         positions,
         normals,
         triangles,
         ..mesh.clone()
-    }
+    };
+    (smooth, sources)
 }
 
 /// A face's normal and its angle at one corner.

@@ -20,7 +20,7 @@ mod writer;
 pub use problem::{LoadReport, Place, Problem, Problems, Report, Summary, edit_distance};
 pub use reader::{Fields, Reader, Schema};
 pub use save::{describe, save};
-pub use spawn::{Imported, MeshSource, SceneRoots, unload};
+pub use spawn::{Imported, MeshSource, PoseFiles, SceneRoots, unload};
 pub use syntax::{Entry, Kind, Node};
 pub use timeline::{Curve, Timeline, play_timeline};
 pub use writer::Writer;
@@ -43,6 +43,7 @@ pub fn plugin(engine: &mut Engine) {
     let registry = engine.world.get_resource_or_init::<AppTypeRegistry>();
     registry.write().register::<MeshSource>();
     registry.write().register::<Imported>();
+    registry.write().register::<PoseFiles>();
     // Cameras look at where things in motion are now.
     engine.add_systems(
         FrameSet::Animate,

@@ -1,22 +1,28 @@
 //! From text to a scene whose names and files are all found. Needs no world, so `check` can use it.
 
+mod poses;
 mod timeline;
 
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
+
+use glam::DVec3;
 
 use super::problem::{Place, Problems, RawProblem, Report, Summary, locate, nearest};
 use super::reader::{Reader, Schema};
 use super::schema::{self, At, Entity, MeshFile, Scene, Shape};
 use super::syntax;
 use super::timeline::last_key;
-use crate::import::{Model, import_obj, smooth};
+use crate::import::{Model, import_obj, smooth_part};
+pub use poses::PoseKey;
 
 /// A scene and its meshes.
 pub struct Resolved {
     pub scene: Scene,
     /// By path and smoothing, as [`mesh_key`] says.
     pub models: HashMap<MeshKey, Model>,
+    /// Places of the vertices of each part, by mesh and path of the pose.
+    pub poses: HashMap<PoseKey, Vec<Vec<DVec3>>>,
 }
 
 /// What makes two uses of a mesh file the same mesh: its path and the bits of its smoothing angle.
@@ -74,6 +80,7 @@ pub fn resolve(text: &str, path: &Path) -> (Resolved, Report) {
         Resolved {
             scene,
             models: resolver.models,
+            poses: resolver.poses,
         },
         report,
     )
@@ -87,6 +94,7 @@ struct Resolver {
     entities: HashMap<String, Vec<String>>,
     materials: HashSet<String>,
     models: HashMap<MeshKey, Model>,
+    poses: HashMap<PoseKey, Vec<Vec<DVec3>>>,
     /// Mesh files that could not be imported, so that each is told once a use.
     failed: HashMap<MeshKey, String>,
     summary: Summary,
@@ -164,6 +172,7 @@ impl Resolver {
                 Some(_) => self.summary.shapes += 1,
                 None => {}
             }
+            self.open_poses(entity, folder);
             self.look_up(&entity.children, folder);
         }
     }
@@ -266,7 +275,7 @@ fn import(path: &Path, smooth_angle: Option<f64>) -> Result<Model, String> {
     let mut model = import_obj(path)?;
     if let Some(angle) = smooth_angle {
         for part in &mut model.parts {
-            part.mesh = smooth(&part.mesh, angle);
+            smooth_part(part, angle);
         }
     }
     Ok(model)

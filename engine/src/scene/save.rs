@@ -5,19 +5,22 @@ use std::collections::{HashMap, HashSet};
 use bevy_ecs::prelude::*;
 
 use super::reader::Schema;
-use super::schema::{self, At, Light, MeshFile, Pose, Scene, Shape};
-use super::spawn::{MeshSource, SceneRoots};
+use super::schema::{
+    self, At, Deform, KeysFile, Light, MeshFile, MorphFile, Motion, Pose, Scene, Shape,
+};
+use super::spawn::{Imported, MeshSource, PoseFiles, SceneRoots};
 use super::timeline::Timeline;
 use super::writer::Writer;
 use crate::world::{
-    ActiveCamera, Background, Camera, Cuboid, DirectionalLight, Material, Plane, PointLight,
-    Polygon, SceneId, Shear, Sphere, SpotLight, Surface, TraceDepth, Transform, Visibility,
+    ActiveCamera, Background, Camera, Cuboid, DirectionalLight, KeyFrames, Material, Morph, Plane,
+    PointLight, Polygon, Rest, SceneId, Shear, Sphere, SpotLight, Surface, TraceDepth, Transform,
+    Visibility,
 };
 
 /// The scene as the text of a scene file. Loading it gives the same components, bit for bit.
 ///
-/// Entities without a [`SceneId`] are not part of the scene. Poses are those of this moment; the timeline
-/// overrides what it keys. Numbers that are not finite are written as they are, and loading names them.
+/// Entities without a [`SceneId`] are not part of the scene. Poses are those of this moment, of things in motion
+/// those they start from; the timeline overrides what it keys. Numbers that are not finite are written as they are, and loading names them.
 pub fn save(world: &mut World) -> String {
     let mut writer = Writer::pretty();
     describe(world).write(&mut writer);
@@ -101,10 +104,18 @@ fn describe_entity(world: &World, entity: Entity) -> schema::Entity {
         id,
         hidden: world.get::<Visibility>(entity).is_some_and(|v| !v.shown),
         pose: Pose {
-            transform: world.get::<Transform>(entity).copied().unwrap_or_default(),
+            transform: at_rest(world, entity),
             shear: world.get::<Shear>(entity).copied(),
         },
         shape: shape_of(world, entity),
+        deform: deform_of(world, entity),
+        structure: of_part(world, entity),
+        motion: Motion {
+            orbit: world.get(entity).copied(),
+            spin: world.get(entity).copied(),
+            sway: world.get(entity).copied(),
+            path: world.get(entity).cloned(),
+        },
         material: world
             .get::<Surface>(entity)
             .and_then(|surface| id_of(world, surface.0)),
@@ -116,6 +127,47 @@ fn describe_entity(world: &World, entity: Entity) -> schema::Entity {
             })
             .map(|child| describe_entity(world, child))
             .collect(),
+    }
+}
+
+/// The pose as the file has it: where motion starts from.
+fn at_rest(world: &World, entity: Entity) -> Transform {
+    match world.get::<Rest>(entity) {
+        Some(Rest(pose)) => *pose,
+        None => world.get::<Transform>(entity).copied().unwrap_or_default(),
+    }
+}
+
+/// A component of an entity, or of the first part of its mesh file.
+fn of_part<T: Component + Clone>(world: &World, entity: Entity) -> Option<T> {
+    let parts = world.get::<Children>(entity);
+    let parts = parts.into_iter().flat_map(|children| children.iter());
+    let mut own =
+        std::iter::once(entity).chain(parts.filter(|&part| world.get::<Imported>(part).is_some()));
+    own.find_map(|part| world.get::<T>(part).cloned())
+}
+
+/// Poses that came from no file are left out: there is nothing to load them from.
+fn deform_of(world: &World, entity: Entity) -> Deform {
+    let files = world.get::<PoseFiles>(entity).cloned().unwrap_or_default();
+    let named =
+        |files: Vec<String>| -> Vec<At<String>> { files.into_iter().map(At::from).collect() };
+    let keys: Option<KeyFrames> = of_part(world, entity).filter(|_| !files.keys.is_empty());
+    let morph: Option<Morph> = of_part(world, entity).filter(|_| !files.morph.is_empty());
+    Deform {
+        keys: keys.map(|keys| KeysFile {
+            poses: named(files.keys),
+            times: keys.times,
+            start: keys.start,
+            speed: keys.speed,
+            repeat: keys.repeat,
+        }),
+        morph: morph.map(|morph| MorphFile {
+            targets: named(files.morph),
+            weights: morph.weights,
+        }),
+        wave: of_part(world, entity),
+        twist: of_part(world, entity),
     }
 }
 

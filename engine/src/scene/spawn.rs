@@ -1,12 +1,17 @@
 //! A resolved scene to entities, and away with them again.
 
+mod deform;
+
+pub use deform::PoseFiles;
+use deform::{Poses, deform_by_formula, files_of};
+
 use std::collections::{HashMap, HashSet};
 
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 
 use super::resolve::{MeshKey, Resolved, mesh_key};
-use super::schema::{self, Light, MeshFile, Shape};
+use super::schema::{self, Light, MeshFile, Motion, Shape};
 use super::timeline::{Ids, Timeline};
 use crate::import::Model;
 use crate::world::{
@@ -74,11 +79,19 @@ fn used_meshes(world: &mut World, of_scene: bool) -> HashSet<MeshId> {
 
 /// Puts a scene into a world that has none.
 pub fn spawn(world: &mut World, resolved: Resolved) {
-    let Resolved { scene, models } = resolved;
+    let Resolved {
+        scene,
+        models,
+        poses,
+    } = resolved;
     world.insert_resource(Background(scene.background));
     world.insert_resource(TraceDepth(scene.max_generations));
     let mut spawner = Spawner {
         models,
+        poses: Poses {
+            read: poses,
+            ..Poses::default()
+        },
         meshes: HashMap::new(),
         imported: HashMap::new(),
         taken: HashSet::new(),
@@ -108,6 +121,7 @@ pub fn spawn(world: &mut World, resolved: Resolved) {
 
 struct Spawner {
     models: HashMap<MeshKey, Model>,
+    poses: Poses,
     /// Parts of a model that is in the store already.
     meshes: HashMap<MeshKey, Vec<(String, MeshId, Option<Entity>)>>,
     /// Materials of a file that the scene does not name itself.
@@ -193,12 +207,22 @@ impl Spawner {
         if let Some(camera) = file.camera {
             spawned.insert(camera);
         }
+        if let Some(files) = files_of(&file.deform) {
+            spawned.insert(files);
+        }
+        insert_motion(&mut spawned, &file.motion);
         match &file.shape {
             Some(Shape::Sphere(sphere)) => drop(spawned.insert(*sphere)),
             Some(Shape::Plane(plane)) => drop(spawned.insert(*plane)),
             Some(Shape::Box(cuboid)) => drop(spawned.insert(*cuboid)),
-            Some(Shape::Polygon(polygon)) => drop(spawned.insert(polygon.clone())),
-            Some(Shape::Mesh(mesh)) => self.mesh(world, entity, mesh, material),
+            Some(Shape::Polygon(polygon)) => {
+                spawned.insert(polygon.clone());
+                if let Some(structure) = file.structure {
+                    spawned.insert(structure);
+                }
+                deform_by_formula(world, entity, &file.deform);
+            }
+            Some(Shape::Mesh(mesh)) => self.mesh(world, entity, (file, mesh), material),
             None => {}
         }
         for child in &file.children {
@@ -212,7 +236,7 @@ impl Spawner {
         &mut self,
         world: &mut World,
         entity: Entity,
-        mesh: &MeshFile,
+        (file, mesh): (&schema::Entity, &MeshFile),
         material: Option<Entity>,
     ) {
         let parts = self.parts(world, mesh);
@@ -221,8 +245,8 @@ impl Spawner {
             smooth_angle: mesh.smooth_angle,
         });
         let single = parts.len() == 1;
-        for (name, id, own_material) in parts {
-            let part = if single {
+        for (number, (name, id, own_material)) in parts.into_iter().enumerate() {
+            let target = if single {
                 entity
             } else {
                 world
@@ -234,11 +258,15 @@ impl Spawner {
                     ))
                     .id()
             };
-            let mut part = world.entity_mut(part);
+            let mut part = world.entity_mut(target);
             part.insert(Mesh(id));
             if let Some(material) = material.or(own_material) {
                 part.insert(Surface(material));
             }
+            if let Some(structure) = file.structure {
+                part.insert(structure);
+            }
+            self.deform(world, target, &file.deform, (mesh, number, id));
         }
     }
 
@@ -286,5 +314,20 @@ impl Spawner {
                     .spawn((Name::new(name.clone()), *material, Imported))
                     .id()
             })
+    }
+}
+
+fn insert_motion(entity: &mut EntityWorldMut, motion: &Motion) {
+    if let Some(orbit) = motion.orbit {
+        entity.insert(orbit);
+    }
+    if let Some(spin) = motion.spin {
+        entity.insert(spin);
+    }
+    if let Some(sway) = motion.sway {
+        entity.insert(sway);
+    }
+    if let Some(path) = &motion.path {
+        entity.insert(path.clone());
     }
 }

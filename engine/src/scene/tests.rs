@@ -5,6 +5,7 @@ use super::*;
 mod hostile;
 mod manual;
 mod meshes;
+mod moving;
 mod problems;
 mod roundtrip;
 

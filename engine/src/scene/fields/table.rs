@@ -6,8 +6,8 @@ use super::{Field, FieldKind, Value};
 use crate::scene::schema::{Angle, from_degrees, range, to_degrees};
 use crate::scene::writer::Writer;
 use crate::world::{
-    Camera, Cuboid, DirectionalLight, Fade, Lobe, Material, Plane, PointLight, Projection,
-    Reflection, Sphere, SpotLight, ToneMap, Transform, Visibility,
+    Camera, Cuboid, DirectionalLight, Fade, KeyFrames, Lobe, Material, Morph, Plane, PointLight,
+    Projection, Reflection, Sphere, SpotLight, ToneMap, Transform, Twist, Visibility, Wave,
 };
 
 /// `field!(path: Kind in [Components], getter to an option, setter, range)`. The setter works on a copy; the
@@ -33,7 +33,7 @@ macro_rules! field {
             set: |entity, value| {
                 let Value::$kind(value) = value else { return None };
                 $(if let Some(mut component) = entity.get_mut::<$component>() {
-                    let mut next = *component;
+                    let mut next = Clone::clone(&*component);
                     write(&mut next, value.clone(), $set);
                     return Some(component.set_if_neq(next));
                 })+
@@ -81,6 +81,22 @@ fn unit(value: &glam::DQuat) -> range::Check {
     }
 }
 
+fn within_million(weight: &f64) -> range::Check {
+    if weight.abs() <= 1e6 {
+        Ok(())
+    } else {
+        Err("a number within 1e6")
+    }
+}
+fn weight(morph: &Morph, target: usize) -> Option<f64> {
+    morph.weights.get(target).copied()
+}
+fn set_weight(morph: &mut Morph, target: usize, value: f64) {
+    if let Some(weight) = morph.weights.get_mut(target) {
+        *weight = value;
+    }
+}
+
 const TONE_MAPS: [ToneMap; 3] = [ToneMap::Clip, ToneMap::Reinhard, ToneMap::Filmic];
 
 fn tone_map(word: &str) -> Option<ToneMap> {
@@ -94,7 +110,7 @@ pub fn all() -> &'static [Field] {
     &FIELDS
 }
 
-static FIELDS: [Field; 30] = [
+static FIELDS: [Field; 41] = [
     field!("transform.translation": Vec3 in [Transform],
         |c| Some(c.translation), |c, v| c.translation = v),
     field!("transform.rotation": Rotation in [Transform],
@@ -108,6 +124,27 @@ static FIELDS: [Field; 30] = [
     field!("plane.distance": Number in [Plane], |c| Some(c.distance), |c, v| c.distance = v),
     field!("box.min": Vec3 in [Cuboid], |c| Some(c.min), |c, v| c.min = v),
     field!("box.max": Vec3 in [Cuboid], |c| Some(c.max), |c, v| c.max = v),
+    field!("deform.keys.start": Number in [KeyFrames], |c| Some(c.start), |c, v| c.start = v),
+    field!("deform.morph.weights.0": Number in [Morph],
+        |c| weight(c, 0), |c, v| set_weight(c, 0, v), within_million),
+    field!("deform.morph.weights.1": Number in [Morph],
+        |c| weight(c, 1), |c, v| set_weight(c, 1, v), within_million),
+    field!("deform.morph.weights.2": Number in [Morph],
+        |c| weight(c, 2), |c, v| set_weight(c, 2, v), within_million),
+    field!("deform.morph.weights.3": Number in [Morph],
+        |c| weight(c, 3), |c, v| set_weight(c, 3, v), within_million),
+    field!("deform.wave.length": Number in [Wave],
+        |c| Some(c.length), |c, v| c.length = v, range::positive),
+    field!("deform.wave.amplitude": Vec3 in [Wave],
+        |c| Some(c.amplitude), |c, v| c.amplitude = v),
+    field!("deform.wave.phase": Number in [Wave],
+        |c| Some(to_degrees(c.phase)), |c, v| c.phase = from_degrees(v)),
+    field!("deform.twist.rate": Number in [Twist],
+        |c| Some(to_degrees(c.rate)), |c, v| c.rate = from_degrees(v)),
+    field!("deform.twist.swing": Number in [Twist],
+        |c| Some(to_degrees(c.swing)), |c, v| c.swing = from_degrees(v)),
+    field!("deform.twist.angle": Number in [Twist],
+        |c| Some(to_degrees(c.angle)), |c, v| c.angle = from_degrees(v)),
     field!("light.color": Vec3 in [PointLight, DirectionalLight, SpotLight],
         |c| Some(c.color.as_dvec3()), |c, v| c.color = v.as_vec3(), color),
     field!("light.intensity": Number in [PointLight, DirectionalLight, SpotLight],

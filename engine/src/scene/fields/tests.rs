@@ -47,6 +47,17 @@ fn cast(world: &mut World) -> Vec<Entity> {
             })
             .id(),
         world
+            .spawn((
+                KeyFrames::default(),
+                Morph {
+                    weights: vec![0.0; 4],
+                    ..Default::default()
+                },
+                Wave::default(),
+                Twist::default(),
+            ))
+            .id(),
+        world
             .spawn(Material {
                 phong: lobe,
                 specular: lobe,

@@ -2,7 +2,7 @@
 
 use std::collections::HashSet;
 
-use super::{Resolver, find};
+use super::{Resolver, find, mesh_key};
 use crate::scene::schema::{self, At, Light, LookAt, Scene, Shape};
 
 impl Resolver {
@@ -46,6 +46,7 @@ impl Resolver {
             }
         }
         self.find_overwritten(scene);
+        self.find_moved_twice(scene);
         self.find_cycles(scene);
     }
 
@@ -85,6 +86,33 @@ impl Resolver {
         }
     }
 
+    /// Reports tracks and paths of what motion components move as well: only one of the two would be seen.
+    fn find_moved_twice(&mut self, scene: &Scene) {
+        let tracks = &scene.timeline.tracks;
+        let keyed = tracks.iter().map(|track| {
+            let field = track.field.value.as_str();
+            (&track.target.value, field, &track.field.place)
+        });
+        let paths = scene.timeline.paths.iter().flat_map(|path| {
+            let (target, place) = (&path.target.value, &path.target.place);
+            let turns = path.look_at.is_some();
+            let turned = turns.then_some((target, "transform.rotation", place));
+            std::iter::once((target, "transform.translation", place)).chain(turned)
+        });
+        let mut twice = Vec::new();
+        for (target, field, place) in keyed.chain(paths) {
+            let entity = find(&scene.entities, target);
+            if entity.is_some_and(|entity| entity.motion.writes(field)) {
+                let what = format!("the motion of `{target}` writes `{field}` too");
+                twice.push((place.clone(), what));
+            }
+        }
+        for (place, what) in twice {
+            let expected = Some("the motion or the timeline; or one of them on a parent".into());
+            self.reader.report_at(place, what, expected, None);
+        }
+    }
+
     /// Reports a field of a component that the entity does not have.
     fn has_field(&mut self, scene: &Scene, id: &str, field: &At<String>) {
         let Some(entity) = find(&scene.entities, id) else {
@@ -95,6 +123,7 @@ impl Resolver {
             "sphere" => matches!(entity.shape, Some(Shape::Sphere(_))),
             "plane" => matches!(entity.shape, Some(Shape::Plane(_))),
             "box" => matches!(entity.shape, Some(Shape::Box(_))),
+            "deform" => self.deforms(entity, &field.value),
             "light" => entity.light.is_some(),
             "camera" => entity.camera.is_some(),
             _ => true,
@@ -116,6 +145,30 @@ impl Resolver {
                 None,
             );
         }
+    }
+
+    /// Whether an entity has a field of its deformation; a mesh of several parts has one on each.
+    fn deforms(&self, entity: &schema::Entity, field: &str) -> bool {
+        let deform = &entity.deform;
+        let there = match field.split('.').nth(1) {
+            Some("keys") => deform.keys.is_some(),
+            Some("morph") => {
+                let targets = deform.morph.as_ref().map_or(0, |morph| morph.targets.len());
+                let number = field.rsplit('.').next().and_then(|n| n.parse().ok());
+                number.is_some_and(|number: usize| number < targets)
+            }
+            Some("wave") => deform.wave.is_some(),
+            Some("twist") => deform.twist.is_some(),
+            _ => false,
+        };
+        let parts = match &entity.shape {
+            Some(Shape::Mesh(mesh)) => {
+                let key = mesh_key(&mesh.path.value, mesh.smooth_angle);
+                self.models.get(&key).map_or(1, |model| model.parts.len())
+            }
+            _ => 1,
+        };
+        there && parts == 1
     }
 
     /// Reports looks that depend on each other's rotation in a circle.

@@ -4,11 +4,11 @@ use glam::Vec3;
 
 use super::primitive::{At, Color};
 use super::timeline::write_all;
-use super::{Light, Pose, Shape, Timeline, range};
+use super::{Deform, Light, Motion, Pose, Shape, Timeline, range};
 use crate::scene::reader::{Fields, Reader, Schema};
 use crate::scene::syntax::{Kind, Node};
 use crate::scene::writer::Writer;
-use crate::world::{Background, Camera, Material, TraceDepth};
+use crate::world::{Background, Camera, Material, Structure, TraceDepth};
 
 /// The version of the format written here, and the only one there is so far.
 pub const VERSION: u32 = 1;
@@ -56,6 +56,12 @@ pub struct Entity {
     pub pose: Pose,
     /// What can be hit.
     pub shape: Option<Shape>,
+    /// What is done to its mesh.
+    pub deform: Deform,
+    /// What its mesh is traced with; none: the fastest, shared with all that show the same mesh.
+    pub structure: Option<Structure>,
+    /// What moves it without the timeline.
+    pub motion: Motion,
     /// Id of its material; none: the default one, or that of the mesh's file.
     pub material: Option<At<String>>,
     /// What shines.
@@ -188,7 +194,7 @@ fn read_entities(reader: &mut Reader, node: &Node) -> Option<Vec<Entity>> {
     reader.list(node, "entities", Entity::read)
 }
 
-const ENTITY_FIELDS: [&str; 13] = [
+const ENTITY_FIELDS: [&str; 16] = [
     "id",
     "name",
     "visible",
@@ -198,6 +204,9 @@ const ENTITY_FIELDS: [&str; 13] = [
     "box",
     "polygon",
     "mesh",
+    "deform",
+    "structure",
+    "motion",
     "material",
     "light",
     "camera",
@@ -238,6 +247,9 @@ impl Schema for Entity {
                 Some(Shape::Mesh(shape)) => writer.field("mesh", shape),
                 None => {}
             }
+            writer.field_unless_default("deform", &self.deform, &Deform::default());
+            writer.field_if("structure", self.structure.as_ref());
+            writer.field_unless_default("motion", &self.motion, &Motion::default());
             writer.field_if("material", self.material.as_ref());
             writer.field_if("light", self.light.as_ref());
             writer.field_if("camera", self.camera.as_ref());
@@ -265,6 +277,15 @@ fn read_entity(reader: &mut Reader, node: &Node) -> Option<Entity> {
             "one shape an entity; put the other into `children`",
         );
     }
+    let has_triangles = ["polygon", "mesh"]
+        .iter()
+        .any(|name| fields.get(name).is_some());
+    for name in ["deform", "structure"] {
+        if let Some(entry) = fields.get(name).filter(|_| !has_triangles) {
+            let found = format!("found `{name}` of an entity without triangles");
+            reader.expected(entry.at, found, "a mesh or a polygon beside it");
+        }
+    }
     // Every shape is read, so that the problems of each are seen.
     let shapes = [
         fields.read(reader, "sphere").map(Shape::Sphere),
@@ -279,6 +300,9 @@ fn read_entity(reader: &mut Reader, node: &Node) -> Option<Entity> {
         hidden: fields.read(reader, "visible") == Some(false),
         pose: fields.read(reader, "transform").unwrap_or_default(),
         shape: shapes.into_iter().flatten().next(),
+        deform: fields.read(reader, "deform").unwrap_or_default(),
+        structure: fields.read(reader, "structure"),
+        motion: fields.read(reader, "motion").unwrap_or_default(),
         material: fields.read(reader, "material"),
         light: fields.read(reader, "light"),
         camera: fields.read(reader, "camera"),

@@ -5,21 +5,28 @@
 
 mod angle;
 mod camera;
+mod deform;
 mod entity;
 mod light;
 mod material;
+mod motion;
 mod pose;
 mod primitive;
 mod shape;
+mod structure;
 mod timeline;
 
 pub use angle::{Angle, from_degrees, to_degrees};
+pub use deform::{Deform, KeysFile, MorphFile};
 pub use entity::{Entity, Scene, VERSION};
 pub use light::Light;
+pub use motion::Motion;
 pub use pose::{Pose, Rotation};
 pub use primitive::{At, Color, Scale};
 pub use shape::{MeshFile, Shape, flat_polygon};
-pub use timeline::{Ease, Key, KeyValue, LookAt, Loop, Path, Timeline, Track};
+pub use timeline::{Ease, Key, KeyValue, LookAt, Path, Timeline, Track};
+
+pub use crate::world::Loop;
 
 /// Ranges that fields must keep to; each error says what was expected.
 pub mod range {

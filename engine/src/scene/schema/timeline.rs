@@ -8,6 +8,7 @@ use crate::scene::fields::{self, Field, FieldKind, Value};
 use crate::scene::reader::{Reader, Schema};
 use crate::scene::syntax::{Kind, Node};
 use crate::scene::writer::Writer;
+use crate::world::Loop;
 
 /// All that moves by itself.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -88,18 +89,6 @@ pub enum Ease {
     InOut,
     /// On the Catmull-Rom curve through the keys around.
     Smooth,
-}
-
-/// What follows a track's last key.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Loop {
-    /// The last value stays.
-    #[default]
-    Once,
-    /// The first key again.
-    Repeat,
-    /// Back to the first key, then forth again.
-    PingPong,
 }
 
 /// What a path looks at.

@@ -24,7 +24,7 @@ fn the_example_of_the_manual_loads_and_plays() {
     let report = load_text(&mut engine.world, &text, &assets().join("manual.ron"))
         .unwrap_or_else(|problems| panic!("{problems}"));
     assert_eq!(report.warnings, []);
-    assert_eq!(report.summary.entities, 12);
+    assert_eq!(report.summary.entities, 14);
     assert_eq!(report.summary.triangles, 5856);
     engine.validate().unwrap();
     engine.frame();

@@ -141,10 +141,78 @@ fn camera(chance: &mut Chance) -> Camera {
     }
 }
 
+fn period(chance: &mut Chance) -> f64 {
+    [0.0, -2.5, chance.number()][chance.below(3)]
+}
+
+fn motion(chance: &mut Chance) -> s::Motion {
+    s::Motion {
+        orbit: chance.one_in(3).then(|| Orbit {
+            center: vector(chance),
+            axis: vector(chance) + DVec3::splat(0.5e8),
+            radius: chance.number(),
+            period: period(chance),
+            phase: angle(chance),
+        }),
+        spin: chance.one_in(3).then(|| Spin {
+            axis: vector(chance) + DVec3::splat(0.5e8),
+            period: period(chance),
+            phase: angle(chance),
+        }),
+        sway: chance.one_in(3).then(|| Sway {
+            amplitude: vector(chance),
+            period: period(chance),
+            phase: angle(chance),
+        }),
+        path: chance.one_in(3).then(|| PathMotion {
+            points: (0..1 + chance.below(4)).map(|_| vector(chance)).collect(),
+            period: period(chance),
+            start: chance.number(),
+            closed: chance.one_in(2),
+            smooth: chance.one_in(2),
+            look_along: chance.one_in(2),
+        }),
+    }
+}
+
+fn deform(chance: &mut Chance) -> s::Deform {
+    s::Deform {
+        wave: chance.one_in(2).then(|| Wave {
+            direction: vector(chance) + DVec3::splat(0.5e8),
+            length: size(chance),
+            amplitude: vector(chance),
+            period: period(chance),
+            phase: angle(chance),
+        }),
+        twist: chance.one_in(2).then(|| Twist {
+            origin: vector(chance),
+            axis: vector(chance) + DVec3::splat(0.5e8),
+            rate: angle(chance),
+            swing: angle(chance),
+            period: period(chance),
+            angle: angle(chance),
+        }),
+        ..s::Deform::default()
+    }
+}
+
+fn structure(chance: &mut Chance) -> Structure {
+    let leaf = 1 + chance.below(8) as u32;
+    let structures = [
+        Structure::Boxes4,
+        Structure::Boxes2,
+        Structure::Spheres { leaf },
+        Structure::None,
+    ];
+    structures[chance.below(4)]
+}
+
 fn entity(chance: &mut Chance, ids: &mut Vec<String>, materials: usize, depth: usize) -> s::Entity {
     let id = format!("thing \"{}\"\n", ids.len());
     ids.push(id.clone());
     let children = if depth == 0 { 0 } else { chance.below(3) };
+    let shape = chance.one_in(2).then(|| shape(chance));
+    let has_triangles = matches!(shape, Some(s::Shape::Polygon(_)));
     s::Entity {
         id: Some(id.into()),
         name: chance.one_in(3).then(|| "a name \\ \u{7}".to_owned()),
@@ -160,7 +228,14 @@ fn entity(chance: &mut Chance, ids: &mut Vec<String>, materials: usize, depth: u
                 Shear(DAffine3::from_mat3_translation(m, vector(chance)))
             }),
         },
-        shape: chance.one_in(2).then(|| shape(chance)),
+        shape,
+        deform: if has_triangles {
+            deform(chance)
+        } else {
+            s::Deform::default()
+        },
+        structure: (has_triangles && chance.one_in(2)).then(|| structure(chance)),
+        motion: motion(chance),
         material: chance
             .one_in(2)
             .then(|| format!("m{}", chance.below(materials)).into()),
@@ -240,9 +315,23 @@ fn random_scene(chance: &mut Chance) -> Scene {
         .map(|i| (format!("m{i}").into(), material(chance)))
         .collect();
     let mut ids = Vec::new();
-    let entities = (0..chance.below(5))
+    let entities: Vec<_> = (0..chance.below(5))
         .map(|_| entity(chance, &mut ids, materials.len(), 3))
         .collect();
+    let mut timeline = timeline(chance, &ids);
+    let mut pending: Vec<&s::Entity> = entities.iter().collect();
+    while let Some(entity) = pending.pop() {
+        // What motion writes, the timeline must not.
+        let moves = |target: &s::At<String>, field: &str| {
+            Some(target) == entity.id.as_ref() && entity.motion.writes(field)
+        };
+        let tracks = &mut timeline.tracks;
+        tracks.retain(|track| !moves(&track.target, &track.field.value));
+        let fields = ["transform.translation", "transform.rotation"];
+        let paths = &mut timeline.paths;
+        paths.retain(|path| !fields.iter().any(|field| moves(&path.target, field)));
+        pending.extend(&entity.children);
+    }
     Scene {
         background: color(chance),
         max_generations: 1 + chance.below(64) as u32,
@@ -250,7 +339,7 @@ fn random_scene(chance: &mut Chance) -> Scene {
             .first()
             .filter(|_| chance.one_in(2))
             .map(|id| id.clone().into()),
-        timeline: timeline(chance, &ids),
+        timeline,
         materials,
         entities,
     }

@@ -87,23 +87,7 @@ impl Curve {
     /// The time between the first and the last key that `secs` stands for.
     fn local(&self, secs: f64) -> f64 {
         let (start, end) = self.span();
-        let length = end - start;
-        if length <= 0.0 {
-            return start;
-        }
-        match self.repeat {
-            Loop::Once => secs.clamp(start, end),
-            Loop::Repeat => start + (secs - start).rem_euclid(length),
-            Loop::PingPong => {
-                let turn = (secs - start).rem_euclid(2.0 * length);
-                start
-                    + if turn <= length {
-                        turn
-                    } else {
-                        2.0 * length - turn
-                    }
-            }
-        }
+        self.repeat.wrap(secs, start, end)
     }
 
     /// The key before a time, and how far the next is reached, in [0, 1], before easing.
