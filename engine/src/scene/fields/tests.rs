@@ -3,8 +3,8 @@ use glam::{DQuat, DVec3, Vec3};
 use super::*;
 use crate::scene::tests::Chance;
 use crate::world::{
-    Camera, Cuboid, DirectionalLight, Fade, Lobe, Material, Plane, PointLight, Projection, Sphere,
-    SpotLight, Transform, Visibility,
+    Camera, Cuboid, DirectionalLight, Fade, KeyFrames, Lobe, Material, Morph, Plane, PointLight,
+    Projection, Sphere, SpotLight, Transform, Twist, Visibility, Wave,
 };
 
 /// Entities that together have every field.
