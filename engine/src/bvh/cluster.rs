@@ -5,7 +5,7 @@
 //! is left of all of them together. Segments depend on the number of boxes alone, so the tree does not
 //! depend on threads. [`super::fast`] makes four-wide nodes of it.
 
-use glam::Vec3A;
+use glam::{Mat4, Vec3A};
 use rayon::prelude::*;
 
 use super::Extent;
@@ -34,11 +34,12 @@ pub struct Clusters {
     top: Segment,
 }
 
-/// Clusters that wait for being merged, in order: their boxes, one coordinate a list, and nodes.
+/// Clusters that wait for being merged, in order: their boxes, also one coordinate a list, and nodes.
 #[derive(Clone, Debug, Default)]
 struct Segment {
-    sides: [Vec<f32>; 6],
+    boxes: Vec<Extent>,
     nodes: Vec<u32>,
+    sides: [Vec<f32>; 6],
     /// The best [`pair_key`] with a cluster behind.
     ahead: Vec<f32>,
     /// The best [`pair_key`] with a cluster before.
@@ -108,11 +109,11 @@ impl Clusters {
     /// Merges what the segments have left.
     fn join(&mut self) -> u32 {
         let base = self.boxes.len();
-        self.top.clear();
+        self.top.boxes.clear();
+        self.top.nodes.clear();
         for segment in &self.segments {
-            for &node in &segment.nodes {
-                self.top.push(&self.boxes[node as usize], node);
-            }
+            self.top.boxes.extend_from_slice(&segment.boxes);
+            self.top.nodes.extend_from_slice(&segment.nodes);
         }
         let left = self.top.nodes.len();
         self.boxes.resize(base + left, Extent::EMPTY);
@@ -140,10 +141,11 @@ struct Task<'a> {
 
 impl Task<'_> {
     fn run(&mut self, end: usize) {
-        self.segment.clear();
-        for (leaf, node) in self.leaves.iter().zip(self.first..) {
-            self.segment.push(leaf, node);
-        }
+        self.segment.boxes.clear();
+        self.segment.boxes.extend_from_slice(self.leaves);
+        self.segment.nodes.clear();
+        let end_of_leaves = self.first + self.leaves.len() as u32;
+        self.segment.nodes.extend(self.first..end_of_leaves);
         self.segment.merge_down_to(end, &mut self.out);
     }
 }
@@ -157,22 +159,6 @@ struct Output<'a> {
 }
 
 impl Segment {
-    fn clear(&mut self) {
-        self.sides.iter_mut().for_each(Vec::clear);
-        self.nodes.clear();
-    }
-
-    fn push(&mut self, b: &Extent, node: u32) {
-        let [min_x, min_y, min_z, max_x, max_y, max_z] = &mut self.sides;
-        min_x.push(b.min.x);
-        min_y.push(b.min.y);
-        min_z.push(b.min.z);
-        max_x.push(b.max.x);
-        max_y.push(b.max.y);
-        max_z.push(b.max.z);
-        self.nodes.push(node);
-    }
-
     fn merge_down_to(&mut self, end: usize, out: &mut Output) {
         while self.nodes.len() > end.max(1) {
             self.find_neighbours();
@@ -188,6 +174,7 @@ impl Segment {
 
     /// Finds for every cluster the neighbour with which its union is smallest.
     fn find_neighbours(&mut self) {
+        self.spread();
         let count = self.nodes.len();
         for keys in [&mut self.ahead, &mut self.back] {
             keys.clear();
@@ -198,17 +185,14 @@ impl Segment {
             let (ahead, back) = (&mut self.ahead[..pairs], &mut self.back[distance..]);
             try_pairs(&self.sides, distance, ahead, back);
         }
-        self.offset.clear();
-        self.offset
-            .extend(self.ahead.iter().zip(&self.back).map(|(&ahead, &back)| {
-                if ahead == f32::INFINITY && back == f32::INFINITY {
-                    0
-                } else if ahead <= back {
-                    distance_of(ahead)
-                } else {
-                    -distance_of(back)
-                }
-            }));
+        self.offset.resize(count, 0);
+        let keys = self.ahead.iter().zip(&self.back);
+        for (offset, (&ahead, &back)) in self.offset.iter_mut().zip(keys) {
+            let way = if ahead <= back { 1 } else { -1 };
+            let key = less(ahead, back);
+            let found = if key < f32::INFINITY { 1 } else { 0 };
+            *offset = way * found * distance_of(key);
+        }
     }
 
     /// Takes the next in the list as everyone's best neighbour.
@@ -226,42 +210,58 @@ impl Segment {
     /// Merges those that are each other's best neighbour, the others move up.
     fn merge(&mut self, out: &mut Output) {
         let count = self.nodes.len();
+        let (boxes, nodes) = (&mut self.boxes[..count], &mut self.nodes[..count]);
+        let offsets = &self.offset[..count];
         let mut kept = 0;
         for i in 0..count {
-            let offset = self.offset[i];
-            let other = i.wrapping_add_signed(offset as isize);
-            let mut b = self.extent(i);
-            let mut node = self.nodes[i];
-            if offset != 0 && self.offset[other] == -offset {
-                if offset < 0 {
+            let other = i.wrapping_add_signed(offsets[i] as isize);
+            let (mut b, mut node) = (boxes[i], nodes[i]);
+            if other != i && offsets[other] == -offsets[i] {
+                if other < i {
                     continue;
                 }
-                b = b.union(self.extent(other));
-                node = out.add(b, [node, self.nodes[other]]);
+                b = b.union(boxes[other]);
+                node = out.add(b, [node, nodes[other]]);
             }
-            self.set(kept, &b, node);
+            (boxes[kept], nodes[kept]) = (b, node);
             kept += 1;
         }
-        self.sides.iter_mut().for_each(|side| side.truncate(kept));
+        self.boxes.truncate(kept);
         self.nodes.truncate(kept);
     }
 
-    #[inline]
-    fn extent(&self, i: usize) -> Extent {
-        let [min_x, min_y, min_z, max_x, max_y, max_z] = &self.sides;
-        Extent {
-            min: Vec3A::new(min_x[i], min_y[i], min_z[i]),
-            max: Vec3A::new(max_x[i], max_y[i], max_z[i]),
+    /// Lays the boxes out one coordinate a list, with room for whole registers.
+    fn spread(&mut self) {
+        let padded = self.boxes.len().next_multiple_of(4);
+        self.sides
+            .iter_mut()
+            .for_each(|side| side.resize(padded, 0.0));
+        let [min_x, min_y, min_z, max_x, max_y, max_z] =
+            self.sides.each_mut().map(|side| side.chunks_exact_mut(4));
+        let mins = min_x.zip(min_y).zip(min_z);
+        let maxs = max_x.zip(max_y).zip(max_z);
+        let last = *self.boxes.last().unwrap_or(&Extent::EMPTY);
+        for ((boxes, ((min_x, min_y), min_z)), ((max_x, max_y), max_z)) in
+            self.boxes.chunks(4).zip(mins).zip(maxs)
+        {
+            let of = |i: usize| *boxes.get(i).unwrap_or(&last);
+            let [a, b, c, d] = [of(0), of(1), of(2), of(3)];
+            let min = rows(a.min, b.min, c.min, d.min);
+            let max = rows(a.max, b.max, c.max, d.max);
+            min.x_axis.write_to_slice(min_x);
+            min.y_axis.write_to_slice(min_y);
+            min.z_axis.write_to_slice(min_z);
+            max.x_axis.write_to_slice(max_x);
+            max.y_axis.write_to_slice(max_y);
+            max.z_axis.write_to_slice(max_z);
         }
     }
+}
 
-    #[inline]
-    fn set(&mut self, i: usize, b: &Extent, node: u32) {
-        let [min_x, min_y, min_z, max_x, max_y, max_z] = &mut self.sides;
-        (min_x[i], min_y[i], min_z[i]) = (b.min.x, b.min.y, b.min.z);
-        (max_x[i], max_y[i], max_z[i]) = (b.max.x, b.max.y, b.max.z);
-        self.nodes[i] = node;
-    }
+/// Four points, one coordinate a column.
+fn rows(a: Vec3A, b: Vec3A, c: Vec3A, d: Vec3A) -> Mat4 {
+    let [a, b, c, d] = [a.extend(0.0), b.extend(0.0), c.extend(0.0), d.extend(0.0)];
+    Mat4::from_cols(a, b, c, d).transpose()
 }
 
 impl Output<'_> {
