@@ -57,6 +57,13 @@ impl Extent {
         }
     }
 
+    /// Half the surface; meaningless when empty.
+    #[inline]
+    pub fn half_area(self) -> f32 {
+        let d = self.max - self.min;
+        d.x * d.y + d.y * d.z + d.z * d.x
+    }
+
     /// [`Aabb::grown`], the same bits, without branches.
     ///
     /// With u = 2^-24, x - u (1 + 2u) |x| rounds to the number next to x (Rump, Zimmermann, Boldo and

@@ -1,13 +1,17 @@
 //! [`RowTree`]: a tree whose leaf slots hold one row each, directly; built quickly ([`Clusters`] collapsed to
 //! four children a node). What the instance tree keeps; [`super::paths`] changes single rows of it.
 
+use rayon::prelude::*;
+
 use super::build::{STACK_SHARE, balanced};
 use super::cluster::Clusters;
 use super::refit::{refit, refit_level, total_cost};
 use super::tree::stack_need;
-use super::{Child, Extent, Node4};
+use super::{CHILD_NONE, Child, Extent, Node4};
 use crate::geom::Aabb;
 
+/// Nodes of a level from which more than one thread gathers them.
+const PARALLEL_FROM: usize = 2048;
 /// No slot.
 pub const NOWHERE: u32 = u32::MAX;
 
@@ -47,9 +51,20 @@ impl RowTree {
         while self.nodes.len() < self.sources.len() {
             let level = self.nodes.len()..self.sources.len();
             self.levels.push(level.end as u32);
+            self.nodes.resize(level.end, Node4::EMPTY);
+            let (nodes, sources) = (&mut self.nodes[level.clone()], &self.sources[level.clone()]);
+            let gather = |(node, &source): (&mut Node4, &u32)| gather(clusters, source, node);
+            if level.len() >= PARALLEL_FROM {
+                let nodes = nodes.par_iter_mut().with_min_len(PARALLEL_FROM / 4);
+                nodes.zip(sources).for_each(gather);
+            } else {
+                nodes.iter_mut().zip(sources).for_each(gather);
+            }
+            let leaves = clusters.order.len() as u32;
             for index in level {
-                let node = self.collapse(clusters, rows, index);
-                self.nodes.push(node);
+                self.number_children(index, leaves, |leaf| {
+                    rows[clusters.order[leaf as usize] as usize]
+                });
             }
         }
         if stack_need(&self.nodes) > STACK_SHARE {
@@ -99,57 +114,23 @@ impl RowTree {
         total_cost(&self.nodes)
     }
 
-    /// The node that takes in the children of its binary node, and of those the largest, until it has four.
-    fn collapse(&mut self, clusters: &Clusters, rows: &[u32], index: usize) -> Node4 {
-        let leaves = clusters.order.len() as u32;
-        let mut group = [self.sources[index]; 4];
-        let mut areas = [f32::INFINITY; 4];
-        let mut size = 1;
-        while size < 4 {
-            let mut open = 0;
-            for i in 1..size {
-                if areas[i] > areas[open] {
-                    open = i;
-                }
+    /// Turns the binary nodes in a node's slots into rows, and into the numbers of nodes to come.
+    fn number_children(&mut self, index: usize, leaves: u32, row: impl Fn(u32) -> u32) {
+        for (slot, child) in self.nodes[index].children.iter_mut().enumerate() {
+            let place = (4 * index + slot) as u32;
+            if *child == CHILD_NONE {
+                continue;
             }
-            let node = group[open];
-            if node < leaves {
-                break;
-            }
-            for (slot, child) in [open, size]
-                .into_iter()
-                .zip(clusters.children[(node - leaves) as usize])
-            {
-                group[slot] = child;
-                areas[slot] = if child < leaves {
-                    -1.0
-                } else {
-                    half_area(&clusters.boxes[child as usize])
-                };
-            }
-            size += 1;
-        }
-        let mut boxes = [Extent::EMPTY; 4];
-        let mut node = Node4::EMPTY;
-        for (slot, &child) in group[..size].iter().enumerate() {
-            boxes[slot] = clusters.boxes[child as usize].grown();
-            let place = 4 * index as u32 + slot as u32;
-            node.children[slot] = if child < leaves {
-                let row = rows[clusters.order[child as usize] as usize];
-                self.places[row as usize] = place;
-                Child::Leaf {
-                    first: row,
-                    count: 1,
-                }
-                .encode()
+            if *child < leaves {
+                let first = row(*child);
+                self.places[first as usize] = place;
+                *child = Child::Leaf { first, count: 1 }.encode();
             } else {
-                self.sources.push(child);
+                self.sources.push(*child);
                 self.parents.push(place);
-                Child::Node(self.sources.len() as u32 - 1).encode()
-            };
+                *child = Child::Node(self.sources.len() as u32 - 1).encode();
+            }
         }
-        node.set_boxes(boxes);
-        node
     }
 
     /// Checks every invariant of a tree over the rows that are there.
@@ -206,7 +187,31 @@ impl RowTree {
     }
 }
 
-fn half_area(b: &Extent) -> f32 {
-    let d = b.max - b.min;
-    d.x * d.y + d.y * d.z + d.z * d.x
+/// Fills the node that takes in the children of a binary node, and of those the largest, until it has four;
+/// its slots name binary nodes.
+fn gather(clusters: &Clusters, source: u32, node: &mut Node4) {
+    let leaves = clusters.order.len() as u32;
+    let mut group = [source, CHILD_NONE, CHILD_NONE, CHILD_NONE];
+    let mut boxes = [Extent::EMPTY; 4];
+    let mut areas = [f32::INFINITY; 4];
+    boxes[0] = clusters.boxes[source as usize];
+    for size in 1..4 {
+        let open = (1..size).fold(0, |a, b| if areas[b] > areas[a] { b } else { a });
+        if group[open] < leaves {
+            break;
+        }
+        let children = clusters.children[(group[open] - leaves) as usize];
+        for (slot, child) in [open, size].into_iter().zip(children) {
+            let b = clusters.boxes[child as usize];
+            (group[slot], boxes[slot]) = (child, b);
+            areas[slot] = if child < leaves { -1.0 } else { b.half_area() };
+        }
+    }
+    node.set_boxes(boxes.map(Extent::grown));
+    for (slot, &child) in group.iter().enumerate() {
+        if child == CHILD_NONE {
+            node.set_child(slot, &Aabb::EMPTY, Child::None);
+        }
+    }
+    node.children = group;
 }

@@ -1,22 +1,24 @@
 //! Boxes along a space-filling curve: the order in which [`super::cluster`] looks for neighbours.
 //!
-//! Morton order (Morton 1966) of the boxes' centres. The upper 30 bits are sorted by radix, ten bits a pass;
-//! where many share them (a small group in a large scene), the order is refined by all 63 bits.
+//! Morton order (Morton 1966) of the boxes' centres, ten bits an axis, sorted by radix. Where many share a
+//! cell (a small group in a large scene), they are put in order by a grid of their own.
 
 use glam::Vec3A;
 
 use super::Extent;
 
-/// Cells along an axis, as a power of two.
-const BITS: u32 = 21;
-/// Bits of a pass of the sort, and of each axis in the part that is sorted by radix.
-const DIGIT: u32 = 10;
-const DIGITS: usize = 1 << DIGIT;
+/// Cells along an axis, as a power of two; also the bits of a pass of the sort.
+const BITS: u32 = 10;
+const DIGITS: usize = 1 << BITS;
+/// Boxes in one cell from which they get a grid of their own.
+const CROWD: usize = 8;
+/// Grids within grids: after these, all of f32's range is resolved.
+const MOST_GRIDS: u32 = 24;
 
 /// Sorts, keeping its memory from one call to the next.
 #[derive(Clone, Debug, Default)]
 pub struct MortonSort {
-    /// Upper 30 bits of the code, then the number of the box.
+    /// The code of the cell, then the number of the box.
     entries: Vec<u64>,
     spare: Vec<u64>,
 }
@@ -31,9 +33,8 @@ struct Grid {
 impl MortonSort {
     /// The numbers of these boxes in Morton order, equals in order of number; boxes must be finite.
     pub fn sort(&mut self, boxes: &[Extent]) -> impl ExactSizeIterator<Item = u32> + '_ {
-        let grid = Grid::around(boxes);
-        let entry =
-            |(number, b): (usize, &Extent)| u64::from(grid.upper_code(b)) << 32 | number as u64;
+        let grid = Grid::around(boxes.iter());
+        let entry = |(number, b): (usize, &Extent)| u64::from(grid.code(b)) << 32 | number as u64;
         self.entries.clear();
         self.entries.extend(boxes.iter().enumerate().map(entry));
         self.spare.resize(self.entries.len(), 0);
@@ -55,74 +56,63 @@ impl MortonSort {
             }
             std::mem::swap(&mut self.entries, &mut self.spare);
         }
-        for run in self.entries.chunk_by_mut(|a, b| a >> 32 == b >> 32) {
-            if run.len() > 1 {
-                run.sort_unstable_by_key(|&entry| {
-                    let number = entry as u32;
-                    (grid.code(&boxes[number as usize]), number)
-                });
-            }
-        }
+        refine(&mut self.entries, boxes, MOST_GRIDS);
         self.entries.iter().map(|&entry| entry as u32)
     }
 }
 
 fn digit(entry: u64, pass: usize) -> usize {
-    (entry >> (32 + DIGIT * pass as u32)) as usize & (DIGITS - 1)
+    (entry >> (32 + BITS * pass as u32)) as usize & (DIGITS - 1)
+}
+
+/// Puts those in order that share a cell.
+fn refine(entries: &mut [u64], boxes: &[Extent], grids: u32) {
+    for crowd in entries.chunk_by_mut(|a, b| a >> 32 == b >> 32) {
+        if crowd.len() < CROWD || grids == 0 {
+            continue;
+        }
+        let grid = Grid::around(crowd.iter().map(|&entry| &boxes[entry as u32 as usize]));
+        for entry in crowd.iter_mut() {
+            let number = *entry as u32;
+            *entry = u64::from(grid.code(&boxes[number as usize])) << 32 | u64::from(number);
+        }
+        crowd.sort_unstable();
+        if crowd.first().map(|e| e >> 32) != crowd.last().map(|e| e >> 32) {
+            refine(crowd, boxes, grids - 1);
+        }
+    }
 }
 
 impl Grid {
-    fn around(boxes: &[Extent]) -> Self {
+    fn around<'a>(boxes: impl Iterator<Item = &'a Extent>) -> Self {
         let center = |b: &Extent| b.min + b.max;
         let (min, max) = boxes
-            .iter()
             .map(center)
             .fold((Vec3A::MAX, Vec3A::MIN), |(min, max), c| {
                 (min.min(c), max.max(c))
             });
-        let cells = ((1 << BITS) - 1) as f32;
         Self {
             origin: min,
-            scale: cells / (max - min).max(Vec3A::splat(f32::MIN_POSITIVE)),
+            scale: (DIGITS - 1) as f32 / (max - min).max(Vec3A::splat(f32::MIN_POSITIVE)),
         }
     }
 
     /// The cell of a box's centre.
     #[inline]
-    fn cell(&self, b: &Extent) -> [u32; 3] {
-        let most = (1 << BITS) - 1;
-        ((b.min + b.max - self.origin) * self.scale)
+    fn code(&self, b: &Extent) -> u32 {
+        let cell = (b.min + b.max - self.origin) * self.scale;
+        let [x, y, z] = cell
             .to_array()
-            .map(|x| (x as u32).min(most))
-    }
-
-    #[inline]
-    fn upper_code(&self, b: &Extent) -> u32 {
-        let [x, y, z] = self.cell(b).map(|c| spread_10(c >> (BITS - DIGIT)));
-        x << 2 | y << 1 | z
-    }
-
-    fn code(&self, b: &Extent) -> u64 {
-        let [x, y, z] = self.cell(b).map(spread_21);
+            .map(|x| spread((x as u32).min(DIGITS as u32 - 1)));
         x << 2 | y << 1 | z
     }
 }
 
 /// Ten bits with two zeros before each.
 #[inline]
-fn spread_10(x: u32) -> u32 {
+fn spread(x: u32) -> u32 {
     let x = (x | x << 16) & 0x0300_00ff;
     let x = (x | x << 8) & 0x0300_f00f;
     let x = (x | x << 4) & 0x030c_30c3;
     (x | x << 2) & 0x0924_9249
-}
-
-/// 21 bits with two zeros before each.
-fn spread_21(x: u32) -> u64 {
-    let x = u64::from(x);
-    let x = (x | x << 32) & 0x001f_0000_0000_ffff;
-    let x = (x | x << 16) & 0x001f_0000_ff00_00ff;
-    let x = (x | x << 8) & 0x100f_00f0_0f00_f00f;
-    let x = (x | x << 4) & 0x10c3_0c30_c30c_30c3;
-    (x | x << 2) & 0x1249_2492_4924_9249
 }
