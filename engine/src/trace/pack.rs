@@ -23,7 +23,8 @@ pub use self::mesh::{PackedMesh, Stale};
 use self::instances::PackedInstances;
 use self::mesh::{Arenas, Place};
 use self::rows::{light_row, material_row, view_row};
-use crate::bvh::Node4;
+use super::PassTime;
+use crate::bvh::{Node4, TreeAction};
 use crate::frame::wire::{
     GENERATIONS_CAPACITY, InstanceRow, LightRow, MATERIAL_TRANSMITS, MaterialRow, NONE, ViewRow,
 };
@@ -110,15 +111,16 @@ impl PackedScene {
         self.seen[0] = scene.materials.version();
         self.seen[2] = scene.lights.version();
         let changed_meshes = std::mem::take(&mut self.changed_meshes);
-        if self.instances.update(scene, &self.meshes, &changed_meshes) {
+        self.instances.update(scene, &self.meshes, &changed_meshes);
+        if self.instances.tree_work().action != TreeAction::None {
             self.trees_updated += 1;
         }
-        let nodes = self.instances.tree.len() as u32;
+        let nodes = self.instances.nodes().len() as u32;
         if nodes > self.instance_nodes.nodes.len() as u32 {
             // Half as much again, so that a scene that grows does not move it each time.
             self.arenas.free(std::mem::take(&mut self.instance_nodes));
             self.instance_nodes.nodes = self.arenas.nodes.take(nodes + nodes / 2);
-            self.instances.tree.all_mut();
+            self.instances.lose_nodes();
         }
         let transmits = |row: usize| self.materials[row].flags & MATERIAL_TRANSMITS != 0;
         self.transparent = self.instances.any_material(transmits);
@@ -134,7 +136,7 @@ impl PackedScene {
     }
 
     fn make_view(&self, scene: &FrameScene, settings: &TraceSettings) -> ViewRow {
-        let has_tree = !self.instances.tree.is_empty();
+        let has_tree = !self.instances.nodes().is_empty();
         ViewRow {
             background: scene.background.to_array(),
             max_generations: scene.max_generations.min(GENERATIONS_CAPACITY),
@@ -161,18 +163,32 @@ impl PackedScene {
         self.instance_nodes.nodes.start
     }
 
+    /// What bringing the tree over instances up to the frame took.
+    pub fn tree_time(&self) -> PassTime {
+        let work = self.instances.tree_work();
+        PassTime {
+            name: match work.action {
+                TreeAction::None => "instance tree kept",
+                TreeAction::Paths => "instance tree: paths",
+                TreeAction::Refit => "instance tree: refit",
+                TreeAction::Rebuild => "instance tree: rebuild",
+            },
+            millis: work.nanos as f64 * 1e-6,
+        }
+    }
+
     /// Takes every change for copied: for tracers that read these rows themselves.
     pub fn keep_no_copy(&mut self) {
         self.materials.take_dirty();
         self.lights.take_dirty();
         self.instances.rows.take_dirty();
-        self.instances.tree.take_dirty();
+        self.instances.take_stale_nodes();
     }
 
     /// Nodes of the tree over instances, root first; none: there is nothing but planes.
     #[inline]
     pub fn instance_nodes(&self) -> &[Node4] {
-        &self.instances.tree
+        self.instances.nodes()
     }
 
     /// The mesh of an instance's row.

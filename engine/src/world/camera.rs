@@ -10,6 +10,7 @@ use super::{Transform, Visibility};
 /// The picture shows the first visible camera in order of entity unless [`ActiveCamera`] names one.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 #[require(Transform, Visibility)]
 pub struct Camera {
     /// How directions become pixels.

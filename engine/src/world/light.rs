@@ -9,6 +9,7 @@ use super::{Transform, Visibility};
 /// A light that shines from its entity's position into all directions.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 #[require(Transform, Visibility)]
 pub struct PointLight {
     /// Linear RGB.
@@ -51,6 +52,7 @@ impl Default for Fade {
 /// A light infinitely far away that shines along its entity's local -Z.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 #[require(Transform, Visibility)]
 pub struct DirectionalLight {
     /// Linear RGB.
@@ -71,6 +73,7 @@ impl Default for DirectionalLight {
 /// A point light limited to a cone about its entity's local -Z.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 #[require(Transform, Visibility)]
 pub struct SpotLight {
     /// Linear RGB.

@@ -12,6 +12,7 @@ use glam::Vec3;
 /// plus `color*emission*a`, plus reflection, plus transmission times `color*filter + transmit`.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 pub struct Material {
     /// Linear RGB.
     pub color: Vec3,

@@ -23,7 +23,7 @@ mod transform;
 mod visibility;
 
 pub use camera::{ActiveCamera, Camera, Projection, ToneMap, picture_camera};
-pub use changes::any_changed;
+pub use changes::{any_changed, write_rows};
 pub use cycle::{Loop, turn};
 pub use deform::{
     DeformStep, Deformation, KeyFrames, Morph, Skin, SkinBinding, Twist, VertexSets, Wave,
@@ -35,7 +35,7 @@ pub use mesh::{FARTHEST, MeshData, MeshId, MeshRow, Meshes};
 pub use motion::{Orbit, PathMotion, Rest, Spin, Sway, move_things};
 pub use own_mesh::derive_own_meshes;
 pub use polygon::{newell_normal, triangulate};
-pub use propagate::{Inherited, propagate};
+pub use propagate::{Inherited, mark_reparented, propagate, propagate_alone};
 pub use shape::{Cuboid, Mesh, OwnMesh, Plane, Polygon, Sphere, Surface};
 pub use structure::Structure;
 pub use table::{Changes, Table};
@@ -57,11 +57,14 @@ pub fn plugin(engine: &mut Engine) {
     world.init_resource::<Background>();
     world.init_resource::<TraceDepth>();
     register_types(&world.get_resource_or_init::<AppTypeRegistry>());
+    engine.world.add_observer(mark_reparented);
     engine.add_systems(FrameSet::Animate, move_things);
     engine.add_systems(
         FrameSet::Propagate,
         (
+            propagate_alone::<GlobalTransform>,
             propagate::<GlobalTransform>,
+            propagate_alone::<GlobalVisibility>,
             propagate::<GlobalVisibility>,
             derive_own_meshes,
         )

@@ -18,19 +18,14 @@ pub use path::PathMotion;
 pub use spin::Spin;
 pub use sway::Sway;
 
-use bevy_ecs::change_detection::ContiguousMut;
 use bevy_ecs::lifecycle::HookContext;
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
 use bevy_ecs::world::DeferredWorld;
 use bevy_reflect::prelude::*;
-use rayon::prelude::*;
 
-use super::{Transform, any_changed};
+use super::{Transform, any_changed, write_rows};
 use crate::time::Time;
-
-/// Entities of a table that are worth a task of their own: some 20 microseconds of work.
-const PARALLEL: usize = 1024;
 
 /// The pose that an entity's motion starts from: its [`Transform`] when the first motion component came. Write
 /// this one to put a moving thing elsewhere; it goes with the last motion component.
@@ -117,36 +112,7 @@ pub fn move_things(
             }
             .pose(&rests[row].0, time.secs)
         };
-        write_changed(transforms, pose);
-    }
-}
-
-/// Writes the rows of a table that come out different.
-fn write_changed(transforms: ContiguousMut<Transform>, pose: impl Fn(usize) -> Transform + Sync) {
-    let (values, mut ticks) = ContiguousMut::bypass_change_detection_split(transforms);
-    let this_run = ticks.this_run();
-    let written = values
-        .par_chunks_mut(PARALLEL)
-        .zip(ticks.changed_mut().par_chunks_mut(PARALLEL))
-        .enumerate()
-        .filter_map(|(chunk, (values, changed))| {
-            let first = chunk * PARALLEL;
-            let mut written = None;
-            for (i, (value, tick)) in values.iter_mut().zip(changed).enumerate() {
-                let next = pose(first + i);
-                if *value != next {
-                    *value = next;
-                    *tick = this_run;
-                    written = Some(first + i);
-                }
-            }
-            written
-        })
-        .max();
-    if let Some(row) = written {
-        // One row stands for all in what the table says of itself (its summary tick).
-        let row = row as u32;
-        ticks.slice(row..row + 1).mark_all_as_changed();
+        write_rows(transforms, |row| Some(pose(row)));
     }
 }
 

@@ -13,18 +13,21 @@ use super::{MeshId, Meshes, Transform, Visibility};
 /// The material of a shape: an entity that carries a [`super::Material`].
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 #[reflect(Component, Clone, PartialEq)]
+#[component(summary_tick)]
 pub struct Surface(pub Entity);
 
 /// A triangle mesh out of [`super::Meshes`].
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 #[reflect(Component, Clone, PartialEq)]
 #[require(Transform, Visibility)]
+#[component(summary_tick)]
 pub struct Mesh(pub MeshId);
 
 /// A sphere about the local origin.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[require(Transform, Visibility)]
+#[component(summary_tick)]
 pub struct Sphere {
     /// Local units, > 0.
     pub radius: f64,
@@ -40,6 +43,7 @@ impl Default for Sphere {
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[require(Transform, Visibility)]
+#[component(summary_tick)]
 pub struct Plane {
     /// Any length but zero.
     pub normal: DVec3,
@@ -60,6 +64,7 @@ impl Default for Plane {
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[require(Transform, Visibility)]
+#[component(summary_tick)]
 pub struct Cuboid {
     /// Least corner.
     pub min: DVec3,
@@ -106,7 +111,7 @@ impl Default for Polygon {
 /// When it goes, by removal or with its entity, the row is free.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Eq)]
 #[reflect(Component, Clone, PartialEq)]
-#[component(on_discard = free_row)]
+#[component(summary_tick, on_discard = free_row)]
 pub struct OwnMesh(pub MeshId);
 
 fn free_row(mut world: DeferredWorld, context: HookContext) {

@@ -13,6 +13,7 @@ use super::propagate::Inherited;
 /// Pose of an entity relative to its parent: p' = translation + rotation * (scale * p).
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 #[require(GlobalTransform)]
 pub struct Transform {
     /// Position in the parent's space, in world units.
@@ -73,6 +74,7 @@ impl Transform {
 /// For what translation, rotation and scale cannot say (shear; matrices of imported files).
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Default)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 pub struct Shear(pub DAffine3);
 
 /// parent_from_local of an entity's own components.
@@ -99,6 +101,7 @@ pub fn world_from_local<'a>(
 /// world_from_local of an entity; written by propagation only.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Default)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 pub struct GlobalTransform(pub DAffine3);
 
 impl Inherited for GlobalTransform {

@@ -8,6 +8,7 @@ use super::propagate::Inherited;
 /// The entity's own switch. A hidden parent hides its children.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 #[require(GlobalVisibility)]
 pub struct Visibility {
     /// True: shown, if every ancestor is.
@@ -23,6 +24,7 @@ impl Default for Visibility {
 /// True if the entity and all its ancestors are shown; written by propagation only.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
+#[component(summary_tick)]
 pub struct GlobalVisibility(pub bool);
 
 impl Default for GlobalVisibility {

@@ -67,6 +67,7 @@ impl Tracer for CpuTracer {
         self.packed.keep_no_copy();
         self.passes
             .push(PassTime::since("rows and instance tree", start));
+        self.passes.push(self.packed.tree_time());
         Ok(())
     }
 
@@ -98,7 +99,9 @@ impl Tracer for CpuTracer {
             })
             .reduce(Counters::default, |a, b| a + b);
         self.counters.trees_updated = packed.trees_updated;
-        self.passes.push(PassTime::since("whitted", start));
+        let pass = PassTime::since("whitted", start);
+        self.packed.instances.note_trace_time(pass.millis * 1e6);
+        self.passes.push(pass);
         Ok(())
     }
 

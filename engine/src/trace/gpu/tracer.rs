@@ -128,6 +128,9 @@ impl GpuTracer {
     fn take_report(&mut self) {
         if let Some(Report { counters, millis }) = self.reports.collect(&self.gpu) {
             self.device_millis = millis;
+            if let Some(millis) = millis {
+                self.packed.instances.note_trace_time(millis * 1e6);
+            }
             self.counters = Counters {
                 primary_rays: u64::from(counters.primary_rays),
                 reflected_rays: u64::from(counters.reflected_rays),
@@ -204,6 +207,7 @@ impl Tracer for GpuTracer {
         self.is_due |= self.packed.has_changed;
         self.host_passes
             .push(PassTime::since("rows and instance tree", start));
+        self.host_passes.push(self.packed.tree_time());
         let start = Instant::now();
         let written = self
             .on_device

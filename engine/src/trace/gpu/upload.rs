@@ -101,13 +101,16 @@ impl SceneOnDevice {
                     .meshes
                     .iter_mut()
                     .for_each(|mesh| mesh.stale = Stale::All);
-                packed.instances.tree.all_mut();
+                packed.instances.lose_nodes();
             }
         }
         let mut written = self.write_meshes(gpu, packed);
-        let root = packed.instance_nodes_start();
-        let tree = &mut packed.instances.tree;
-        written += write_dirty(gpu, &mut self.nodes, u64::from(root), tree);
+        for range in packed.instances.take_stale_nodes() {
+            let first = packed.instance_nodes_start() + range.start;
+            let nodes = &packed.instance_nodes()[range.start as usize..range.end as usize];
+            let offset = bytes_of_rows::<Node4>(first);
+            written += self.nodes.write(gpu, offset, cast_slice(nodes));
+        }
         let moved = &mut self.moved;
         written += put(gpu, &mut self.instances, &mut packed.instances.rows, moved)?;
         written += put(gpu, &mut self.materials, &mut packed.materials, moved)?;
@@ -192,19 +195,14 @@ fn put<T: Pod>(
         *moved = true;
         rows.all_mut();
     }
-    Ok(write_dirty(gpu, buffer, 0, rows))
+    Ok(write_dirty(gpu, buffer, rows))
 }
 
-/// Writes what changed of rows that begin at row `start` of the buffer.
-fn write_dirty<T: Pod>(
-    gpu: &Gpu,
-    buffer: &mut RowBuffer,
-    start: u64,
-    rows: &mut DirtyRows<T>,
-) -> u64 {
+/// Writes what changed.
+fn write_dirty<T: Pod>(gpu: &Gpu, buffer: &mut RowBuffer, rows: &mut DirtyRows<T>) -> u64 {
     let mut written = 0;
     for range in rows.take_dirty() {
-        let offset = (start + u64::from(range.start)) * size_of::<T>() as u64;
+        let offset = bytes_of_rows::<T>(range.start);
         let range = range.start as usize..range.end as usize;
         written += buffer.write(gpu, offset, cast_slice(&rows[range]));
     }

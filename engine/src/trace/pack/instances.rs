@@ -4,13 +4,15 @@
 //! the eye; the tree's boxes are about an anchor, an older eye, and are padded for every eye within reach
 //! of it, so no tree is touched (rays are moved into the anchor's space instead, and given some slack).
 
+use std::ops::Range;
+
 use glam::DVec3;
 use rayon::prelude::*;
 
 use super::dirty::DirtyRows;
 use super::instance::{NOTHING, Packed, PaddedBox, Placed, instance_row};
 use super::mesh::PackedMesh;
-use crate::bvh::{Child, Node4, Tree};
+use crate::bvh::{InstanceTree, Node4, TreeWork};
 use crate::frame::wire::{InstanceRow, KIND_PLANE, NONE};
 use crate::frame::{FrameScene, Instance};
 use crate::geom::Aabb;
@@ -72,14 +74,17 @@ pub struct PackedInstances {
     /// How far the eye may be from the anchor.
     reach: f64,
     seen: u64,
-    /// The tree over the boxes; leaves hold one row each.
-    pub tree: DirtyRows<Node4>,
+    /// The tree over the boxes.
+    tree: InstanceTree,
+    /// What the last update did to it.
+    work: TreeWork,
+    /// Nodes that a device's copy of the tree lacks.
+    stale_nodes: Vec<Range<u32>>,
 }
 
 impl PackedInstances {
-    /// Brings rows and tree up to the frame, given the meshes that were built, refitted or moved; whether the
-    /// tree changed.
-    pub fn update(&mut self, scene: &FrameScene, meshes: &[PackedMesh], changed: &[u32]) -> bool {
+    /// Brings rows and tree up to the frame, given the meshes that were built, refitted or moved.
+    pub fn update(&mut self, scene: &FrameScene, meshes: &[PackedMesh], changed: &[u32]) {
         let eye = scene.view.origin;
         let rows = scene.instances.changes_since(self.seen);
         self.seen = scene.instances.version();
@@ -100,11 +105,44 @@ impl PackedInstances {
         }
         // Not-a-number is far, too.
         let is_near = (eye - self.anchor).abs().max_element() <= self.reach;
-        if touched.is_none() || !is_near {
-            self.drop_anchor();
-            return self.rebuild();
-        }
-        touched.is_some_and(|touched| self.rebox(&touched) && self.rebuild())
+        self.work = match touched {
+            Some(touched) if is_near => {
+                let moved = self.rebox(&touched);
+                self.tree.update(&self.boxes, Some(&moved))
+            }
+            _ => {
+                self.drop_anchor();
+                self.tree.update(&self.boxes, None)
+            }
+        };
+        self.stale_nodes.extend_from_slice(self.tree.dirty());
+    }
+
+    /// Nodes of the tree over everything but planes, root first.
+    #[inline]
+    pub fn nodes(&self) -> &[Node4] {
+        self.tree.nodes()
+    }
+
+    /// What the last update did to the tree.
+    pub fn tree_work(&self) -> &TreeWork {
+        &self.work
+    }
+
+    /// Tells the tree what tracing through it takes, against which it weighs its own upkeep.
+    pub fn note_trace_time(&mut self, nanos: f64) {
+        self.tree.trace_nanos = Some(nanos);
+    }
+
+    /// The nodes that a device's copy of the tree lacks; from now on it has them.
+    pub fn take_stale_nodes(&mut self) -> Vec<Range<u32>> {
+        std::mem::take(&mut self.stale_nodes)
+    }
+
+    /// A device has no copy of the tree any more.
+    pub fn lose_nodes(&mut self) {
+        self.stale_nodes.clear();
+        self.stale_nodes.push(0..self.tree.nodes().len() as u32);
     }
 
     /// First row of the planes; the others follow by their links.
@@ -246,33 +284,18 @@ impl PackedInstances {
             .for_each(|((bounds, placed), padded)| *bounds = padded.bounds(placed, anchor, reach));
     }
 
-    /// Boxes of rows that changed; whether any is another.
-    fn rebox(&mut self, touched: &[u32]) -> bool {
-        let mut changed = false;
+    /// Boxes of rows that changed; those whose box is another.
+    fn rebox(&mut self, touched: &[u32]) -> Vec<u32> {
+        let mut moved = Vec::new();
         for &row in touched {
             let i = row as usize;
             let bounds = self.padded[i].bounds(&self.placed[i], self.anchor, self.reach);
-            changed |= bounds != self.boxes[i];
-            self.boxes[i] = bounds;
-        }
-        changed
-    }
-
-    fn rebuild(&mut self) -> bool {
-        let (rows, boxes): (Vec<u32>, Vec<Aabb>) = (0_u32..)
-            .zip(&self.boxes)
-            .filter(|(_, bounds)| !bounds.is_empty())
-            .unzip();
-        let mut tree = Tree::build_fast(&boxes);
-        for slot in tree.nodes.iter_mut().flat_map(|n| &mut n.children) {
-            if let Child::Leaf { first, count } = Child::decode(*slot) {
-                let first = rows[tree.prims[first as usize] as usize];
-                *slot = Child::Leaf { first, count }.encode();
+            if bounds != self.boxes[i] {
+                self.boxes[i] = bounds;
+                moved.push(row);
             }
         }
-        self.tree.resize(tree.nodes.len(), Node4::EMPTY);
-        self.tree.all_mut().copy_from_slice(&tree.nodes);
-        true
+        moved
     }
 }
 
