@@ -207,11 +207,9 @@ impl InstanceTree {
         came.clear();
         went.clear();
         let places = &mut self.tree.places;
-        let gone = (0_u32..).zip(&*places).skip(boxes.len());
-        went.extend(
-            gone.filter(|(_, place)| **place != NOWHERE)
-                .map(|(row, _)| row),
-        );
+        let gone = boxes.len().min(places.len())..places.len();
+        let held = gone.filter(|&row| places[row] != NOWHERE);
+        went.extend(held.map(|row| row as u32));
         if places.len() < boxes.len() {
             places.resize(boxes.len(), NOWHERE);
         }

@@ -1,9 +1,16 @@
 //! Bounding-volume hierarchies: one tree per mesh in its own space, one over the instances.
 //!
 //! This continues the report's part on bounding-volume hierarchies (Allgyer 2008, "Real-time Ray Tracing
-//! using CUDA"), which kept one binary tree of spheres per mesh and tested meshes one after the other. Here a tree is 4-wide with boxes ([`Node4`]); boxes come from `obvhs`
-//! (PLOC, Meister and Bittner 2018) and are collapsed and grown outward on the way, so that together
-//! with the slab rule of [`crate::geom::SlabRay`] no hit is ever culled.
+//! using CUDA"), which kept one binary tree of spheres per mesh, over objects that stood still, and tested
+//! meshes one after the other. Here a tree is 4-wide with boxes ([`Node4`]), and it follows what moves:
+//!
+//! - [`Tree`] is a mesh's: built once by `obvhs` (PLOC, Meister and Bittner 2018), refitted when vertices
+//!   move ([`Tree::refit`]), built anew off the frame when that has made it bad ([`Rebuilder`]).
+//! - [`InstanceTree`] is a frame's: paths, refits and new trees, whichever is cheapest by measured cost.
+//! - [`Bounds`] names the structures to compare with, the report's own among them.
+//!
+//! Boxes are grown outward around the very values that intersectors read, so that together with the slab
+//! rule of [`crate::geom::SlabRay`] no hit is ever culled. So no picture depends on a tree or its history.
 
 mod build;
 mod cluster;
@@ -18,9 +25,7 @@ mod refit;
 mod structures;
 mod tree;
 
-pub use cluster::Clusters;
 pub use extent::Extent;
-pub use fast::RowTree;
 pub use instances::{InstanceTree, TreeAction, TreeWork};
 pub use node::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, Node4};
 pub use rebuild::{Rebuilder, Rebuilt};

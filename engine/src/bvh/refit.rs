@@ -287,6 +287,7 @@ fn relative_cost(sum: f64, nodes: &[Node4]) -> f32 {
 mod tests {
     use glam::Vec3;
 
+    use super::super::build::balanced;
     use super::*;
 
     /// Random boxes around places that the same numbers give whatever the size.
@@ -333,26 +334,29 @@ mod tests {
     fn a_refit_is_a_fresh_computation_of_every_box() {
         for count in [1, 2, 5, 64, 1000, 20_000] {
             for seed in 0..4 {
-                let mut tree = Tree::build(&boxes(count, seed, 1.0));
-                let moved = boxes(count, seed + 100, 30.0);
-                let prims = tree.prims.clone();
-                let slot_box = |place: usize| Extent::from(moved[prims[place] as usize]);
-                let mut other = tree.clone();
-                let mut fresh = tree.clone();
-                let cost = naive(&mut fresh, &moved);
-                let serial = tree.refit_by(slot_box, false);
-                let parallel = other.refit_by(slot_box, true);
-                assert_eq!(serial.to_bits(), parallel.to_bits());
-                assert!(tree.nodes == other.nodes, "serial and parallel differ");
-                assert!(tree.nodes == fresh.nodes, "{count} boxes, seed {seed}");
-                tree.validate(&moved).unwrap();
-                for found in [serial, tree.cost()] {
-                    assert!(
-                        (f64::from(found) / cost - 1.0).abs() < 1e-5,
-                        "{found} for {cost}"
-                    );
+                let before = boxes(count, seed, 1.0);
+                let after = boxes(count, seed + 100, 30.0);
+                let usual = Tree::build(&before);
+                let large_leaves = balanced(&before, Child::MAX_LEAF, 4);
+                for tree in [usual, large_leaves] {
+                    check_refit(&tree, &after);
                 }
             }
+        }
+    }
+
+    fn check_refit(tree: &Tree, moved: &[Aabb]) {
+        let [mut serial, mut parallel, mut fresh] = [(); 3].map(|()| tree.clone());
+        let slot_box = |place: usize| Extent::from(moved[tree.prims[place] as usize]);
+        let expected = naive(&mut fresh, moved);
+        let cost = serial.refit_by(slot_box, false);
+        assert_eq!(cost.to_bits(), parallel.refit_by(slot_box, true).to_bits());
+        assert!(serial.nodes == parallel.nodes, "serial and parallel differ");
+        assert!(serial.nodes == fresh.nodes, "{} boxes", moved.len());
+        serial.validate(moved).unwrap();
+        for found in [cost, serial.cost()] {
+            let off = (f64::from(found) / expected - 1.0).abs();
+            assert!(off < 1e-5, "{found} for {expected}");
         }
     }
 
