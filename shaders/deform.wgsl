@@ -6,7 +6,7 @@
 #import orrery::jobs::{job_of, jobs}
 #import orrery::trig::sin_cos
 
-// Two rows a vertex: position, normal.
+// Positions, and normals elsewhere.
 @group(0) @binding(2) var<storage, read_write> vertices: array<vec4f>;
 // Numbers and bits of numbers: positions at rest, poses, targets, joints and their weights.
 @group(0) @binding(3) var<storage, read> data: array<u32>;
@@ -30,7 +30,7 @@ fn deform(
     for (var index = first; index < first + jobs[job].step_count; index++) {
         p = taken(steps[index], vertex, p);
     }
-    vertices[(jobs[job].first_vertex + vertex) * 2u] = vec4f(p, 0.0);
+    vertices[jobs[job].first_vertex + vertex] = vec4f(p, 0.0);
 }
 
 // One step.

@@ -5,7 +5,7 @@
 #import orrery::jobs::{job_of, jobs}
 #import orrery::affine::unit_or
 
-// Two rows a vertex: position, normal.
+// Positions and normals.
 @group(0) @binding(2) var<storage, read_write> vertices: array<vec4f>;
 // Normals at rest. One more number than there are vertices: where the corners of each begin and the last end.
 // Pairs of corners.
@@ -24,12 +24,12 @@ fn normals(
         return;
     }
     let first_vertex = jobs[job].first_vertex;
-    let p = vertices[(first_vertex + vertex) * 2u].xyz;
+    let p = vertices[first_vertex + vertex].xyz;
     var sum = vec3f(0.0);
     let ends = jobs[job].rest + jobs[job].count * 3u + vertex;
     for (var index = data[ends]; index < data[ends + 1u]; index++) {
-        let b = vertices[(first_vertex + data[jobs[job].first + index * 2u]) * 2u].xyz;
-        let c = vertices[(first_vertex + data[jobs[job].first + index * 2u + 1u]) * 2u].xyz;
+        let b = vertices[first_vertex + data[jobs[job].first + index * 2u]].xyz;
+        let c = vertices[first_vertex + data[jobs[job].first + index * 2u + 1u]].xyz;
         sum += cross(b - p, c - p);
     }
     // Where faces cancel or have no area, the normal at rest stands.
@@ -38,5 +38,5 @@ fn normals(
         let at = jobs[job].rest + vertex * 3u;
         normal = bitcast<vec3f>(vec3u(data[at], data[at + 1u], data[at + 2u]));
     }
-    vertices[(first_vertex + vertex) * 2u + 1u] = vec4f(normal, 0.0);
+    vertices[jobs[job].first_normal + vertex] = vec4f(normal, 0.0);
 }

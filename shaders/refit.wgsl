@@ -9,7 +9,7 @@
 
 // Corners from the mesh's first vertex, and the triangle's number.
 @group(0) @binding(2) var<storage, read> triangles: array<vec4u>;
-// Two rows a vertex: position, normal.
+// Positions, and normals elsewhere.
 @group(0) @binding(4) var<storage, read> vertices: array<vec4f>;
 @group(0) @binding(5) var<storage, read_write> partials: array<f32>;
 
@@ -59,7 +59,7 @@ fn leaf_bounds(job: u32, first: u32, count: u32) -> Bounds {
     let corner = jobs[job].first_vertex;
     let start = jobs[job].first_triangle + first;
     for (var index = start; index < start + count; index++) {
-        let corners = (triangles[index].xyz + vec3u(corner)) * 2u;
+        let corners = triangles[index].xyz + vec3u(corner);
         bounds = take_in(bounds, vertices[corners.x].xyz);
         bounds = take_in(bounds, vertices[corners.y].xyz);
         bounds = take_in(bounds, vertices[corners.z].xyz);

@@ -160,7 +160,8 @@ struct JobRow {
     partial: u32,
     rest: u32,
     step_count: u32,
-    spare: array<u32, 3>,
+    first_normal: u32,
+    spare: array<u32, 2>,
 }
 
 struct StepRow {

@@ -84,7 +84,7 @@ fn refit_by_triangles() {
         let rows = RigRows {
             nodes: tree.nodes.clone(),
             triangles: triangles.collect(),
-            vertices: vec![[0.0; 8]; mesh.positions.len()],
+            vertices: vec![[0.0; 4]; mesh.positions.len() * 2],
             boxes: Vec::new(),
         };
         let mut rig = Rig::new(gpu(), &rows).expect("a rig");
@@ -103,6 +103,7 @@ fn refit_by_triangles() {
         };
         let deformed = DeformedMesh {
             first_vertex: 0,
+            first_normal: mesh.positions.len() as u32,
             data: &mesh,
             deformation: &wave,
         };

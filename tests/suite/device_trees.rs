@@ -177,7 +177,7 @@ fn lay_out(meshes: &[(Arc<MeshData>, Tree)]) -> (RigRows, Vec<Place>) {
     for (mesh, tree) in meshes {
         rows.nodes.push(Node4::EMPTY);
         rows.triangles.push([0; 4]);
-        rows.vertices.push([poison; 8]);
+        rows.vertices.push([poison; 4]);
         places.push(Place {
             root: rows.nodes.len(),
             first_triangle: rows.triangles.len(),
@@ -192,14 +192,14 @@ fn lay_out(meshes: &[(Arc<MeshData>, Tree)]) -> (RigRows, Vec<Place>) {
             let [a, b, c] = mesh.triangles[prim as usize];
             [a, b, c, prim]
         }));
-        rows.vertices
-            .extend(mesh.positions.iter().map(|_| [poison; 8]));
+        let vectors = mesh.positions.len() + mesh.normals.len();
+        rows.vertices.extend(vec![[poison; 4]; vectors]);
     }
     (rows, places)
 }
 
-fn part(vertex: &[f32; 8], first: usize) -> Vec3 {
-    Vec3::new(vertex[first], vertex[first + 1], vertex[first + 2])
+fn vector([x, y, z, _]: &[f32; 4]) -> Vec3 {
+    Vec3::new(*x, *y, *z)
 }
 
 #[test]
@@ -222,6 +222,7 @@ fn deformed_meshes_and_their_trees_are_as_the_host_computes_them() {
     let all: Vec<DeformedMesh> = (0..meshes.len())
         .map(|i| DeformedMesh {
             first_vertex: places[i].first_vertex as u32,
+            first_normal: (places[i].first_vertex + meshes[i].0.positions.len()) as u32,
             data: &meshes[i].0,
             deformation: &deformations[i],
         })
@@ -243,14 +244,16 @@ fn deformed_meshes_and_their_trees_are_as_the_host_computes_them() {
     let costs = rig.costs();
     let costs = costs.iter().find(|costs| costs.len() == 3).expect("costs");
     for (i, (mesh, tree)) in meshes.iter().enumerate() {
-        let own = &vertices[places[i].first_vertex..][..mesh.positions.len()];
+        let vectors =
+            &vertices[places[i].first_vertex..][..mesh.positions.len() + mesh.normals.len()];
+        let (own, normals) = vectors.split_at(mesh.positions.len());
         for (v, row) in own.iter().enumerate() {
             let expected = deformed(mesh, &deformations[i], v);
-            let error = (part(row, 0).as_dvec3() - expected).length();
+            let error = (vector(row).as_dvec3() - expected).length();
             assert!(error < 1e-5, "vertex {v} of mesh {i}: {error}");
         }
-        let positions: Vec<Vec3> = own.iter().map(|row| part(row, 0)).collect();
-        check_normals(mesh, &positions, own);
+        let positions: Vec<Vec3> = own.iter().map(vector).collect();
+        check_normals(mesh, &positions, normals);
         let (expected, cost) = refitted(tree, mesh, &positions);
         let found = &nodes[places[i].root..][..expected.len()];
         for (n, (found, expected)) in found.iter().zip(&expected).enumerate() {
@@ -265,12 +268,8 @@ fn deformed_meshes_and_their_trees_are_as_the_host_computes_them() {
     }
 }
 
-/// Smooth meshes have the mean of the faces around by area, others what they had.
-fn check_normals(mesh: &MeshData, positions: &[Vec3], rows: &[[f32; 8]]) {
-    if mesh.normals.is_empty() {
-        assert!(rows.iter().all(|row| row[4].is_nan()), "written in vain");
-        return;
-    }
+/// Smooth meshes have the mean of the faces around by area, others none.
+fn check_normals(mesh: &MeshData, positions: &[Vec3], rows: &[[f32; 4]]) {
     let mut sums = vec![DVec3::ZERO; positions.len()];
     for triangle in &mesh.triangles {
         let [a, b, c] = triangle.map(|v| positions[v as usize].as_dvec3());
@@ -279,7 +278,7 @@ fn check_normals(mesh: &MeshData, positions: &[Vec3], rows: &[[f32; 8]]) {
         }
     }
     for (v, (row, sum)) in rows.iter().zip(sums).enumerate() {
-        let error = (part(row, 4).as_dvec3() - sum.normalize()).length();
+        let error = (vector(row).as_dvec3() - sum.normalize()).length();
         assert!(error < 1e-4, "normal {v}: {error}");
     }
 }
@@ -307,6 +306,7 @@ fn boxes_at_and_near_zero_grow_as_they_do_on_the_host() {
     let still = Deformation::default();
     let at_rest = DeformedMesh {
         first_vertex: places[0].first_vertex as u32,
+        first_normal: 0,
         data: &mesh,
         deformation: &still,
     };

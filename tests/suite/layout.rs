@@ -142,6 +142,7 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             partial,
             rest,
             step_count,
+            first_normal,
             spare,
         }),
         layout_of!(StepRow {

@@ -49,8 +49,10 @@ pub struct JobRow {
     pub rest: u32,
     /// Steps of the deformation.
     pub step_count: u32,
+    /// The mesh's first normal, among the vertices.
+    pub first_normal: u32,
     /// Room for more.
-    pub spare: [u32; 3],
+    pub spare: [u32; 2],
 }
 
 /// A step of a deformation; see [`crate::world::DeformStep`].

@@ -59,6 +59,8 @@ pub struct MeshPlace<'a> {
 pub struct DeformedMesh<'a> {
     /// First of its vertices.
     pub first_vertex: u32,
+    /// First of its normals, if it is smooth.
+    pub first_normal: u32,
     /// At rest.
     pub data: &'a Arc<MeshData>,
     /// What is done to it.
@@ -72,7 +74,7 @@ pub struct SceneBuffers<'a> {
     pub nodes: &'a wgpu::Buffer,
     /// [`crate::frame::wire::TriangleRow`]s.
     pub triangles: &'a wgpu::Buffer,
-    /// Rows of position and normal.
+    /// Positions and normals, 16 bytes each.
     pub vertices: &'a wgpu::Buffer,
 }
 
@@ -163,6 +165,7 @@ impl DeviceTrees {
                 count,
                 first: rest + count * 4 + 1,
                 first_vertex: mesh.first_vertex,
+                first_normal: mesh.first_normal,
                 rest,
                 ..JobRow::zeroed()
             }

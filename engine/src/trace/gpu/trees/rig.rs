@@ -18,8 +18,8 @@ pub struct RigRows {
     pub nodes: Vec<Node4>,
     /// Three corners and the number of each triangle.
     pub triangles: Vec<[u32; 4]>,
-    /// Position and normal, each followed by a spare number.
-    pub vertices: Vec<[f32; 8]>,
+    /// Positions and normals, each followed by a spare number.
+    pub vertices: Vec<[f32; 4]>,
     /// Boxes of instances.
     pub boxes: Vec<BoxRow>,
 }
@@ -102,7 +102,7 @@ impl Rig {
     ///
     /// # Errors
     /// [`TraceError::Device`].
-    pub fn vertices(&self) -> Result<Vec<[f32; 8]>, TraceError> {
+    pub fn vertices(&self) -> Result<Vec<[f32; 4]>, TraceError> {
         self.rows(&self.vertices)
     }
 
