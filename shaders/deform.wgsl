@@ -1,13 +1,13 @@
 // What: deformed positions of vertices; an invocation a vertex, which goes through the mesh's steps in order.
 // Reads: jobs, data (at rest), steps and params (of the frame). Writes: positions of vertices.
 // Twin: engine/src/trace/pack/deform.rs.
-#import orrery::types::{STEP_KEYS, STEP_MORPH, STEP_SKIN, STEP_TWIST, STEP_WAVE, StepRow}
+#import orrery::types::{STEP_KEYS, STEP_MORPH, STEP_SKIN, STEP_TWIST, STEP_WAVE, StepRow, VertexRow}
 #import orrery::stage::group_index
 #import orrery::jobs::{job_of, jobs}
 #import orrery::trig::sin_cos
 
 // Positions, and normals elsewhere.
-@group(0) @binding(2) var<storage, read_write> vertices: array<vec4f>;
+@group(0) @binding(2) var<storage, read_write> vertices: array<VertexRow>;
 // Numbers and bits of numbers: positions at rest, poses, targets, joints and their weights.
 @group(0) @binding(3) var<storage, read> data: array<u32>;
 @group(0) @binding(4) var<storage, read> steps: array<StepRow>;
@@ -30,7 +30,7 @@ fn deform(
     for (var index = first; index < first + jobs[job].step_count; index++) {
         p = taken(steps[index], vertex, p);
     }
-    vertices[jobs[job].first_vertex + vertex] = vec4f(p, 0.0);
+    vertices[jobs[job].first_vertex + vertex].vector = p;
 }
 
 // One step.

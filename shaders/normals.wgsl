@@ -1,12 +1,13 @@
 // What: normals of smooth meshes whose vertices moved: the mean of the faces around, weighed by their areas.
 // Reads: jobs, data (the two other corners of each face around each vertex), positions. Writes: normals of vertices.
 // Twin: engine/src/trace/pack/deform.rs.
+#import orrery::types::VertexRow
 #import orrery::stage::group_index
 #import orrery::jobs::{job_of, jobs}
 #import orrery::affine::unit_or
 
 // Positions and normals.
-@group(0) @binding(2) var<storage, read_write> vertices: array<vec4f>;
+@group(0) @binding(2) var<storage, read_write> vertices: array<VertexRow>;
 // Normals at rest. One more number than there are vertices: where the corners of each begin and the last end.
 // Pairs of corners.
 @group(0) @binding(3) var<storage, read> data: array<u32>;
@@ -24,12 +25,12 @@ fn normals(
         return;
     }
     let first_vertex = jobs[job].first_vertex;
-    let p = vertices[first_vertex + vertex].xyz;
+    let p = vertices[first_vertex + vertex].vector;
     var sum = vec3f(0.0);
     let ends = jobs[job].rest + jobs[job].count * 3u + vertex;
     for (var index = data[ends]; index < data[ends + 1u]; index++) {
-        let b = vertices[first_vertex + data[jobs[job].first + index * 2u]].xyz;
-        let c = vertices[first_vertex + data[jobs[job].first + index * 2u + 1u]].xyz;
+        let b = vertices[first_vertex + data[jobs[job].first + index * 2u]].vector;
+        let c = vertices[first_vertex + data[jobs[job].first + index * 2u + 1u]].vector;
         sum += cross(b - p, c - p);
     }
     // Where faces cancel or have no area, the normal at rest stands.
@@ -38,5 +39,5 @@ fn normals(
         let at = jobs[job].rest + vertex * 3u;
         normal = bitcast<vec3f>(vec3u(data[at], data[at + 1u], data[at + 2u]));
     }
-    vertices[jobs[job].first_normal + vertex] = vec4f(normal, 0.0);
+    vertices[jobs[job].first_normal + vertex].vector = normal;
 }

@@ -1,16 +1,15 @@
 // What: one level of the trees of meshes whose vertices changed; an invocation a child. Levels go from the deepest up.
 // Reads: jobs, triangles, vertices, nodes of the level below. Writes: boxes of nodes; partials: what they cost.
 // Twin: Tree::refit in engine/src/bvh.
-#import orrery::types::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK}
+#import orrery::types::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, TriangleRow, VertexRow}
 #import orrery::stage::group_index
 #import orrery::jobs::{job_of, jobs}
 #import orrery::boxes::{Bounds, grown, half_area, no_bounds, take_in}
 #import orrery::fit::{GROUP_NODES, child_slot, node_bounds, put_bounds, write_bounds}
 
-// Corners from the mesh's first vertex, and the triangle's number.
-@group(0) @binding(2) var<storage, read> triangles: array<vec4u>;
+@group(0) @binding(2) var<storage, read> triangles: array<TriangleRow>;
 // Positions, and normals elsewhere.
-@group(0) @binding(4) var<storage, read> vertices: array<vec4f>;
+@group(0) @binding(4) var<storage, read> vertices: array<VertexRow>;
 @group(0) @binding(5) var<storage, read_write> partials: array<f32>;
 
 var<workgroup> costs: array<f32, 128>;
@@ -59,10 +58,10 @@ fn leaf_bounds(job: u32, first: u32, count: u32) -> Bounds {
     let corner = jobs[job].first_vertex;
     let start = jobs[job].first_triangle + first;
     for (var index = start; index < start + count; index++) {
-        let corners = triangles[index].xyz + vec3u(corner);
-        bounds = take_in(bounds, vertices[corners.x].xyz);
-        bounds = take_in(bounds, vertices[corners.y].xyz);
-        bounds = take_in(bounds, vertices[corners.z].xyz);
+        let corners = triangles[index].corners + vec3u(corner);
+        bounds = take_in(bounds, vertices[corners.x].vector);
+        bounds = take_in(bounds, vertices[corners.y].vector);
+        bounds = take_in(bounds, vertices[corners.z].vector);
     }
     return grown(bounds);
 }

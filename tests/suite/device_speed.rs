@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use orrery_engine::bvh::{Node4, Tree};
-use orrery_engine::frame::wire::BoxRow;
+use orrery_engine::frame::wire::{BoxRow, TriangleRow, VertexRow};
 use orrery_engine::geom::Aabb;
 use orrery_engine::trace::PassTime;
 use orrery_engine::trace::gpu::trees::{DeformedMesh, MeshPlace, Rig, RigRows, most_nodes};
@@ -79,16 +79,20 @@ fn refit_by_triangles() {
         let tree = Tree::build(&boxes.collect::<Vec<_>>());
         let triangles = tree.prims.iter().map(|&prim| {
             let [a, b, c] = mesh.triangles[prim as usize];
-            [a, b, c, prim]
+            TriangleRow {
+                corners: [a, b, c],
+                prim,
+            }
         });
         let rows = RigRows {
             nodes: tree.nodes.clone(),
             triangles: triangles.collect(),
-            vertices: vec![[0.0; 4]; mesh.positions.len() * 2],
+            vertices: vec![VertexRow::default(); mesh.positions.len() * 2],
             boxes: Vec::new(),
         };
         let mut rig = Rig::new(gpu(), &rows).expect("a rig");
         let place = MeshPlace {
+            key: 0,
             root: 0,
             levels: &tree.levels,
             first_triangle: 0,

@@ -5,6 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use orrery_engine::bvh::{Child, Node4, Tree};
+use orrery_engine::frame::wire::{TriangleRow, VertexRow};
 use orrery_engine::geom::Aabb;
 use orrery_engine::trace::gpu::trees::{DeformedMesh, MeshPlace, Rig, RigRows};
 use orrery_engine::trace::gpu::{AdapterChoice, Gpu};
@@ -174,10 +175,14 @@ fn lay_out(meshes: &[(Arc<MeshData>, Tree)]) -> (RigRows, Vec<Place>) {
     let mut rows = RigRows::default();
     let mut places = Vec::new();
     let poison = f32::NAN;
+    let nowhere = VertexRow {
+        vector: [poison; 3],
+        spare: 0,
+    };
     for (mesh, tree) in meshes {
         rows.nodes.push(Node4::EMPTY);
-        rows.triangles.push([0; 4]);
-        rows.vertices.push([poison; 4]);
+        rows.triangles.push(TriangleRow::default());
+        rows.vertices.push(nowhere);
         places.push(Place {
             root: rows.nodes.len(),
             first_triangle: rows.triangles.len(),
@@ -188,18 +193,19 @@ fn lay_out(meshes: &[(Arc<MeshData>, Tree)]) -> (RigRows, Vec<Place>) {
             max_z: [poison; 4],
             ..*node
         }));
-        rows.triangles.extend(tree.prims.iter().map(|&prim| {
-            let [a, b, c] = mesh.triangles[prim as usize];
-            [a, b, c, prim]
-        }));
+        rows.triangles
+            .extend(tree.prims.iter().map(|&prim| TriangleRow {
+                corners: mesh.triangles[prim as usize],
+                prim,
+            }));
         let vectors = mesh.positions.len() + mesh.normals.len();
-        rows.vertices.extend(vec![[poison; 4]; vectors]);
+        rows.vertices.extend(vec![nowhere; vectors]);
     }
     (rows, places)
 }
 
-fn vector([x, y, z, _]: &[f32; 4]) -> Vec3 {
-    Vec3::new(*x, *y, *z)
+fn vector(row: &VertexRow) -> Vec3 {
+    Vec3::from(row.vector)
 }
 
 #[test]
@@ -229,6 +235,7 @@ fn deformed_meshes_and_their_trees_are_as_the_host_computes_them() {
         .collect();
     let trees: Vec<MeshPlace> = (0..meshes.len())
         .map(|i| MeshPlace {
+            key: 10 + i as u32,
             root: places[i].root as u32,
             levels: &meshes[i].1.levels,
             first_triangle: places[i].first_triangle as u32,
@@ -241,8 +248,7 @@ fn deformed_meshes_and_their_trees_are_as_the_host_computes_them() {
         rig.nodes().expect("nodes"),
         rig.vertices().expect("vertices"),
     );
-    let costs = rig.costs();
-    let costs = costs.iter().find(|costs| costs.len() == 3).expect("costs");
+    let costs = rig.report().expect("a report").costs;
     for (i, (mesh, tree)) in meshes.iter().enumerate() {
         let vectors =
             &vertices[places[i].first_vertex..][..mesh.positions.len() + mesh.normals.len()];
@@ -259,17 +265,15 @@ fn deformed_meshes_and_their_trees_are_as_the_host_computes_them() {
         for (n, (found, expected)) in found.iter().zip(&expected).enumerate() {
             assert_eq!(found, expected, "node {n} of mesh {i}: device, then host");
         }
-        let error = (f64::from(costs[i]) / cost - 1.0).abs();
-        assert!(
-            error < 1e-4,
-            "mesh {i} costs {} there, {cost} here",
-            costs[i]
-        );
+        let (key, own) = costs[i];
+        assert_eq!(key, 10 + i as u32);
+        let error = (f64::from(own) / cost - 1.0).abs();
+        assert!(error < 1e-4, "mesh {i} costs {own} there, {cost} here");
     }
 }
 
 /// Smooth meshes have the mean of the faces around by area, others none.
-fn check_normals(mesh: &MeshData, positions: &[Vec3], rows: &[[f32; 4]]) {
+fn check_normals(mesh: &MeshData, positions: &[Vec3], rows: &[VertexRow]) {
     let mut sums = vec![DVec3::ZERO; positions.len()];
     for triangle in &mesh.triangles {
         let [a, b, c] = triangle.map(|v| positions[v as usize].as_dvec3());
@@ -311,6 +315,7 @@ fn boxes_at_and_near_zero_grow_as_they_do_on_the_host() {
         deformation: &still,
     };
     let place = MeshPlace {
+        key: 0,
         root: places[0].root as u32,
         levels: &meshes[0].1.levels,
         first_triangle: places[0].first_triangle as u32,

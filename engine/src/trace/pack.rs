@@ -13,6 +13,7 @@ mod dirty;
 mod instance;
 mod instances;
 mod mesh;
+mod reach;
 mod rows;
 
 use rayon::prelude::*;
@@ -48,6 +49,8 @@ pub struct PackedScene {
     pub has_changed: bool,
     /// Trees built or refitted by them.
     pub trees_updated: u64,
+    /// Meshes are deformed and refitted where their rows are copied to, not here.
+    pub deforms_on_device: bool,
     pub(super) instances: PackedInstances,
     pub(super) arenas: Arenas,
     /// Where a device keeps the tree over instances.
@@ -60,6 +63,14 @@ pub struct PackedScene {
 }
 
 impl PackedScene {
+    /// For a device that deforms and refits meshes itself.
+    pub fn for_device() -> Self {
+        Self {
+            deforms_on_device: true,
+            ..Self::default()
+        }
+    }
+
     /// Builds the trees of meshes that are new or changed.
     pub fn refit(&mut self, scene: &FrameScene) {
         self.trees_updated = 0;
@@ -78,16 +89,18 @@ impl PackedScene {
         self.meshes
             .resize_with(scene.meshes.len(), PackedMesh::default);
         let mut work: Vec<(u32, PackedMesh)> = Vec::new();
+        let on_device = self.deforms_on_device;
         for row in changed {
             let (mesh, now) = (&mut self.meshes[row as usize], &scene.meshes[row as usize]);
-            if mesh.is_of(now) && mesh.deform(now) {
+            if mesh.is_of(now) && mesh.deform(now, on_device) {
                 self.changed_meshes.push(row);
             } else if !mesh.is_of(now) && work.iter().all(|(other, _)| *other != row) {
                 work.push((row, PackedMesh::default()));
             }
         }
-        work.par_iter_mut()
-            .for_each(|(row, mesh)| *mesh = PackedMesh::build(&scene.meshes[*row as usize]));
+        work.par_iter_mut().for_each(|(row, mesh)| {
+            *mesh = PackedMesh::build(&scene.meshes[*row as usize], on_device);
+        });
         self.trees_updated = (self.changed_meshes.len() + work.len()) as u64;
         for (row, mut mesh) in work {
             let slot = &mut self.meshes[row as usize];

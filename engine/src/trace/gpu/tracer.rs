@@ -13,6 +13,7 @@ use super::pipelines::{Pipeline, Pipelines};
 use super::rays::RayBuffers;
 use super::report::{Report, Reports};
 use super::shader::{Kernel, Specialisation};
+use super::trees::{DeviceTrees, Plan};
 use super::upload::SceneOnDevice;
 use crate::frame::wire::{PassRow, ViewRow};
 use crate::frame::{FrameScene, TraceSettings};
@@ -41,6 +42,9 @@ pub struct GpuTracer {
     counters: Counters,
     host_passes: Vec<PassTime>,
     device_millis: Option<f64>,
+    trees: DeviceTrees,
+    /// Milliseconds of the device on trees.
+    tree_millis: Option<f64>,
 }
 
 /// The picture on the device.
@@ -64,7 +68,9 @@ impl GpuTracer {
             on_device: SceneOnDevice::new(&gpu, &layouts),
             reports: Reports::new(&gpu),
             layouts,
-            packed: PackedScene::default(),
+            packed: PackedScene::for_device(),
+            trees: DeviceTrees::new(Arc::clone(&gpu)),
+            tree_millis: None,
             pipelines: Pipelines::default(),
             special: None,
             rays: None,
@@ -123,6 +129,23 @@ impl GpuTracer {
             ..Counters::default()
         };
         self.device_millis = None;
+        self.tree_millis = None;
+    }
+
+    /// Has the device deform and refit what is deformed otherwise than before; returns the bytes written.
+    fn update_trees(&mut self) -> Result<u64, TraceError> {
+        if let Some(report) = self.trees.collect() {
+            self.tree_millis = report.millis;
+        }
+        let rows = self.on_device.take_undeformed();
+        if rows.is_empty() {
+            return Ok(0);
+        }
+        let mut plan = Plan::default();
+        let buffers = self.on_device.tree_buffers();
+        self.trees
+            .update_meshes(&mut plan, buffers, &rows, &self.packed.meshes)?;
+        self.trees.submit(&plan)
     }
 
     fn take_report(&mut self) {
@@ -212,6 +235,7 @@ impl Tracer for GpuTracer {
         let written = self
             .on_device
             .upload(&self.gpu, &self.layouts, &mut self.packed)?;
+        let written = written + self.update_trees()?;
         self.host_passes.push(PassTime::since("upload", start));
         self.counters.bytes_uploaded = written;
         self.counters.trees_updated = self.packed.trees_updated;
@@ -294,11 +318,11 @@ impl Tracer for GpuTracer {
     }
 
     fn pass_times(&self) -> Vec<PassTime> {
-        let device = self.device_millis.map(|millis| PassTime {
-            name: Kernel::Whitted.name(),
-            millis,
-        });
-        self.host_passes.iter().cloned().chain(device).collect()
+        let pass = |name, millis: Option<f64>| millis.map(|millis| PassTime { name, millis });
+        let trees = pass("trees", self.tree_millis);
+        let picture = pass(Kernel::Whitted.name(), self.device_millis);
+        let host = self.host_passes.iter().cloned();
+        host.chain(trees).chain(picture).collect()
     }
 }
 

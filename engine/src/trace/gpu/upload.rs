@@ -5,6 +5,7 @@ use bytemuck::{Pod, bytes_of, cast_slice};
 use super::buffers::RowBuffer;
 use super::context::Gpu;
 use super::layout::{Layouts, SCENE_BINDINGS, bind};
+use super::trees::SceneBuffers;
 use crate::frame::wire::{
     InstanceRow, LightRow, MaterialRow, Node4, PassRow, TriangleRow, VertexRow, ViewRow,
 };
@@ -25,6 +26,8 @@ pub struct SceneOnDevice {
     pass_stride: u64,
     /// A buffer grew into another one that group 1 does not bind yet; kept over an upload that fails.
     moved: bool,
+    /// Rows of meshes whose vertices and boxes the device has to compute.
+    undeformed: Vec<u32>,
     /// Group 0.
     pub frame: wgpu::BindGroup,
     /// Group 1.
@@ -68,6 +71,7 @@ impl SceneOnDevice {
             lights,
             pass_stride: u64::from(alignment).max(size_of::<PassRow>() as u64),
             moved: false,
+            undeformed: Vec::new(),
         }
     }
 
@@ -125,10 +129,16 @@ impl SceneOnDevice {
 
     fn write_meshes(&mut self, gpu: &Gpu, packed: &mut PackedScene) -> u64 {
         let mut written = 0;
-        for mesh in packed.meshes.iter_mut() {
+        for (row, mesh) in (0..).zip(packed.meshes.iter_mut()) {
             let stale = std::mem::take(&mut mesh.stale);
             if stale == Stale::Nothing {
                 continue;
+            }
+            if packed.deforms_on_device && mesh.source.deformation.is_some() {
+                self.undeformed.push(row);
+                if stale == Stale::Deformed {
+                    continue;
+                }
             }
             let at = |start: u32, size: usize| u64::from(start) * size as u64;
             let nodes = at(mesh.place.nodes.start, size_of::<Node4>());
@@ -144,6 +154,20 @@ impl SceneOnDevice {
                 .write(gpu, vertices, cast_slice(&mesh.vertices));
         }
         written
+    }
+
+    /// Meshes whose vertices and boxes are to be computed here, since the last call.
+    pub fn take_undeformed(&mut self) -> Vec<u32> {
+        std::mem::take(&mut self.undeformed)
+    }
+
+    /// What the passes over trees work on.
+    pub fn tree_buffers(&self) -> SceneBuffers<'_> {
+        SceneBuffers {
+            nodes: self.nodes.buffer(),
+            triangles: self.triangles.buffer(),
+            vertices: self.vertices.buffer(),
+        }
     }
 
     /// Writes the rows of the passes to come; returns the offset of each for group 0.

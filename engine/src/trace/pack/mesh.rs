@@ -7,6 +7,7 @@ use glam::{Vec3, Vec3A};
 
 use super::arena::Arena;
 use super::deform::{Adjacency, deform_positions, vertex_normals};
+use super::reach::Reach;
 use crate::bvh::{Extent, Node4, Tree};
 use crate::frame::wire::{NONE, TriangleRow, VertexRow};
 use crate::geom::Aabb;
@@ -83,11 +84,13 @@ pub struct PackedMesh {
     scratch: Vec<Vec3>,
     /// Of smooth meshes that were ever deformed.
     adjacency: Option<Adjacency>,
+    /// How far a deformation takes it.
+    reach: Reach,
 }
 
 impl PackedMesh {
-    /// Builds the tree, of the deformed mesh; the place is to be taken.
-    pub fn build(source: &MeshRow) -> Self {
+    /// Builds the tree, of the deformed mesh; the place is to be taken. See [`PackedMesh::deform`] for `on_device`.
+    pub fn build(source: &MeshRow, on_device: bool) -> Self {
         let data: &MeshData = &source.data;
         let mut mesh = Self {
             source: source.clone(),
@@ -108,6 +111,9 @@ impl PackedMesh {
         mesh.triangles = mesh.tree.prims.iter().map(triangle).collect();
         mesh.bounds = mesh.tree.bounds();
         mesh.stale = Stale::All;
+        if on_device {
+            mesh.reach_out();
+        }
         mesh
     }
 
@@ -117,18 +123,32 @@ impl PackedMesh {
     }
 
     /// Deforms the vertices as a row of the frame says and refits the tree; whether that was another way.
-    pub fn deform(&mut self, row: &MeshRow) -> bool {
+    /// On a device, it is left to the device: vertices and boxes here stay as they were, and only a box
+    /// around all that may come of it is found.
+    pub fn deform(&mut self, row: &MeshRow, on_device: bool) -> bool {
         if self.source.deformation == row.deformation {
             return false;
         }
         self.source.deformation.clone_from(&row.deformation);
+        self.stale = self.stale.max(Stale::Deformed);
+        if on_device && self.reach_out() {
+            return true;
+        }
         self.fill_vertices();
         let (vertices, triangles) = (&self.vertices, &self.triangles);
         let corner = |i: u32| Vec3A::from_array(vertices[i as usize].vector);
         self.tree
             .refit(|place| Extent::of_triangle(triangles[place].corners.map(corner)));
         self.bounds = self.tree.bounds();
-        self.stale = self.stale.max(Stale::Deformed);
+        true
+    }
+
+    /// Bounds the deformed mesh without its vertices; false: it is at rest.
+    fn reach_out(&mut self) -> bool {
+        let Some(deformation) = &self.source.deformation else {
+            return false;
+        };
+        self.bounds = self.reach.bounds(&self.source.data, deformation);
         true
     }
 
@@ -163,10 +183,21 @@ impl PackedMesh {
         self.stale = Stale::All;
     }
 
+    /// Levels of the tree's nodes; see [`Tree::levels`].
+    pub fn levels(&self) -> &[u32] {
+        &self.tree.levels
+    }
+
     /// Nodes of the tree, root first; none: nothing to hit.
     #[inline]
     pub fn nodes(&self) -> &[Node4] {
         &self.tree.nodes
+    }
+
+    /// [`PackedMesh::nodes`], for tests that spoil them.
+    #[cfg(test)]
+    pub fn nodes_mut(&mut self) -> &mut [Node4] {
+        &mut self.tree.nodes
     }
 
     /// First row of the normals; [`NONE`]: flat.

@@ -337,7 +337,10 @@ mod tests {
                 let mut positions = Vec::new();
                 deform_positions(&mesh, &deformation, &mut positions);
                 let inside = Aabb::of(positions.iter().copied());
-                assert!(bounds.contains(&inside), "{bounds:?}, {inside:?}, {deformation:?}");
+                assert!(
+                    bounds.contains(&inside),
+                    "{bounds:?}, {inside:?}, {deformation:?}"
+                );
                 let size = (inside.max - inside.min).max_element() + 1.0;
                 let loose = (bounds.max - bounds.min).max_element();
                 assert!(loose < 60.0 * size, "{loose} for {size}");

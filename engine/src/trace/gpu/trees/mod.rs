@@ -1,7 +1,7 @@
 //! Trees that are kept on the device: meshes deformed and refitted there, and the tree over many instances.
 //!
 //! The tracer plans a frame's work ([`DeviceTrees::deform`], [`DeviceTrees::refit`],
-//! [`DeviceTrees::instances`], in this order), then records it as one compute pass ahead of its picture. What
+//! [`DeviceTrees::instances`], in this order), then submits it as one compute pass ahead of its picture. What
 //! must be resident: the nodes (topology and leaves) and triangles of each mesh as [`crate::bvh::Tree`] lays
 //! them out, and room for its vertices. Vertices never pass through the host. Boxes come out as the host's
 //! refit would compute them from the same vertices, bit for bit. The report (2008) left moving objects out;
@@ -10,12 +10,15 @@
 
 mod deform;
 mod instances;
+mod meshes;
 mod plan;
 mod refit;
+mod report;
 mod rig;
 
 pub use instances::{InstanceBuild, most_levels, most_nodes};
 pub use plan::Plan;
+pub use report::TreesReport;
 pub use rig::{Rig, RigRows};
 
 use std::sync::Arc;
@@ -26,24 +29,27 @@ use self::deform::DeformData;
 use self::instances::InstanceBuilder;
 use self::plan::{Recorder, Timing};
 use self::refit::JobRange;
-use super::buffers::{RowBuffer, create};
+use self::report::{MOST_COSTS, TreesReports};
+use super::buffers::RowBuffer;
 use super::context::Gpu;
 use super::layout::Layouts;
 use super::pipelines::Pipelines;
-use super::readback::Readback;
 use super::shader::Kernel;
 use crate::frame::wire::{JobRow, StageRow, StepRow};
 use crate::trace::TraceError;
 use crate::world::{Deformation, MeshData};
 
+#[cfg(test)]
+mod tests;
+
 /// Vertices of a workgroup of `deform.wgsl` and `normals.wgsl`.
 const GROUP_VERTICES: u32 = 64;
-/// Trees whose costs come back at once; of more, the first ones' do.
-const MOST_COSTS: usize = 256;
 
 /// Where a mesh's rows are on the device.
 #[derive(Clone, Copy, Debug)]
 pub struct MeshPlace<'a> {
+    /// What [`TreesReport::costs`] calls it.
+    pub key: u32,
     /// First of its nodes.
     pub root: u32,
     /// [`crate::bvh::Tree::levels`].
@@ -90,12 +96,7 @@ pub struct DeviceTrees {
     params: RowBuffer,
     refit_jobs: RowBuffer,
     partials: RowBuffer,
-    costs: wgpu::Buffer,
-    readback: Readback,
-    /// Trees whose costs the last plan computes.
-    costed: usize,
-    /// Of each answer on its way, how many costs it holds.
-    asked: [usize; 8],
+    reports: TreesReports,
     builder: InstanceBuilder,
     /// Bytes written for the plan under way.
     written: u64,
@@ -106,8 +107,6 @@ impl DeviceTrees {
     pub fn new(gpu: Arc<Gpu>) -> Self {
         let storage = wgpu::BufferUsages::STORAGE;
         let rows = |label, size: usize| RowBuffer::new(&gpu, label, storage, size as u64);
-        let cost_bytes = (MOST_COSTS * size_of::<f32>()) as u64;
-        let costs = storage | wgpu::BufferUsages::COPY_SRC;
         Self {
             layouts: Layouts::new(&gpu),
             pipelines: Pipelines::default(),
@@ -118,10 +117,7 @@ impl DeviceTrees {
             params: rows("deformation parameters", 16),
             refit_jobs: rows("refits", size_of::<JobRow>()),
             partials: rows("costs of nodes", 4),
-            costs: create(&gpu, "costs of trees", costs, cost_bytes),
-            readback: Readback::new(&gpu, "costs on their way", cost_bytes),
-            costed: 0,
-            asked: [0; 8],
+            reports: TreesReports::new(&gpu),
             builder: InstanceBuilder::new(&gpu),
             written: 0,
             gpu,
@@ -205,12 +201,16 @@ impl DeviceTrees {
             let buffers = [jobs, scene.triangles, scene.nodes, scene.vertices, partials];
             add_jobs(plan, Kernel::Refit, level, &buffers);
         }
+        self.reports.keys = meshes
+            .iter()
+            .map(|mesh| mesh.key)
+            .take(MOST_COSTS)
+            .collect();
         let mut costs = refit.costs;
-        costs.count = costs.count.min(MOST_COSTS as u32);
+        costs.count = self.reports.keys.len() as u32;
         costs.groups = costs.count;
-        let buffers = [jobs, partials, scene.nodes, &self.costs];
+        let buffers = [jobs, partials, scene.nodes, &self.reports.costs];
         add_jobs(plan, Kernel::Cost, costs, &buffers);
-        self.costed = costs.count as usize;
         Ok(())
     }
 
@@ -222,63 +222,54 @@ impl DeviceTrees {
         self.builder.plan(&self.gpu, plan, tree)
     }
 
-    /// Records a plan as one compute pass; returns the bytes written for it. Submit before the next is
-    /// planned, and call [`DeviceTrees::submitted`] with the second answer then.
+    /// Submits a plan as one compute pass; returns the bytes written for it.
     ///
     /// # Errors
     /// [`TraceError::Device`], [`TraceError::TooLarge`].
-    pub fn record(
-        &mut self,
-        encoder: &mut wgpu::CommandEncoder,
-        plan: &Plan,
-        timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>,
-    ) -> Result<(u64, CostsAsked), TraceError> {
-        self.record_timed(encoder, plan, timestamps, None)
+    pub fn submit(&mut self, plan: &Plan) -> Result<u64, TraceError> {
+        if plan.is_empty() {
+            return Ok(std::mem::take(&mut self.written));
+        }
+        let mut encoder = self
+            .gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let written = self.record(&mut encoder, plan, None)?;
+        let slot = self.reports.record(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+        if let Some(slot) = slot {
+            self.reports.request(slot);
+        }
+        Ok(written)
     }
 
-    /// [`DeviceTrees::record`], with a timestamp before each dispatch and one behind the last.
-    fn record_timed(
+    /// What the newest plan took and found whose answer has come back since the last call.
+    pub fn collect(&mut self) -> Option<TreesReport> {
+        self.reports.collect(&self.gpu)
+    }
+
+    /// Records a plan, with a timestamp before each dispatch and one behind the last if asked; returns the
+    /// bytes written.
+    fn record(
         &mut self,
         encoder: &mut wgpu::CommandEncoder,
         plan: &Plan,
-        timestamps: Option<wgpu::ComputePassTimestampWrites<'_>>,
         marks: Option<&wgpu::QuerySet>,
-    ) -> Result<(u64, CostsAsked), TraceError> {
-        let mut written = std::mem::take(&mut self.written);
-        written += self.recorder.record(
+    ) -> Result<u64, TraceError> {
+        let written = std::mem::take(&mut self.written);
+        let timing = Timing {
+            timestamps: self.reports.writes(),
+            marks,
+        };
+        let stages = self.recorder.record(
             &self.gpu,
             &self.layouts,
             &mut self.pipelines,
             encoder,
             plan,
-            Timing { timestamps, marks },
+            timing,
         )?;
-        let costed = std::mem::take(&mut self.costed);
-        let slot = (costed > 0).then(|| self.readback.free()).flatten();
-        if let Some(slot) = slot {
-            let size = (costed * size_of::<f32>()) as u64;
-            encoder.copy_buffer_to_buffer(&self.costs, 0, self.readback.buffer(slot), 0, size);
-            self.asked[slot] = costed;
-        }
-        Ok((written, CostsAsked(slot)))
-    }
-
-    /// Asks for the costs of a recorded plan that was submitted.
-    pub fn submitted(&self, asked: CostsAsked) {
-        if let CostsAsked(Some(slot)) = asked {
-            self.readback.request(slot);
-        }
-    }
-
-    /// The costs of refitted trees that have come back since the last call, plan by plan, in the order of the
-    /// plan's meshes: expected work of a ray through the root's box, by the surface area heuristic.
-    pub fn costs(&self) -> Vec<Vec<f32>> {
-        let mut all = Vec::new();
-        self.readback.collect(|slot, bytes| {
-            let costs = bytes.chunks_exact(4).take(self.asked[slot]);
-            all.push(costs.map(bytemuck::pod_read_unaligned).collect());
-        });
-        all
+        Ok(written + stages)
     }
 
     /// Where [`crate::frame::wire::BuildRow`] of the last instance tree is: its number of boxes, nodes and levels.
@@ -286,10 +277,6 @@ impl DeviceTrees {
         self.builder.build_row()
     }
 }
-
-/// Costs that a recorded plan leaves to ask for; none if too many are under way.
-#[must_use = "costs come back once `DeviceTrees::submitted` was told"]
-pub struct CostsAsked(Option<usize>);
 
 /// Numbers the workgroups of jobs from `first` on.
 fn number_groups(jobs: &mut [JobRow], first: usize) -> JobRange {

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use bytemuck::{Pod, cast_slice, pod_read_unaligned};
 
-use super::{DeformedMesh, DeviceTrees, InstanceBuild, MeshPlace, Plan, SceneBuffers};
+use super::{DeformedMesh, DeviceTrees, InstanceBuild, MeshPlace, Plan, SceneBuffers, TreesReport};
 use crate::bvh::Node4;
-use crate::frame::wire::{BoxRow, BuildRow};
+use crate::frame::wire::{BoxRow, BuildRow, TriangleRow, VertexRow};
 use crate::trace::gpu::buffers::{create, read};
 use crate::trace::gpu::context::Gpu;
 use crate::trace::{PassTime, TraceError};
@@ -16,10 +16,10 @@ use crate::trace::{PassTime, TraceError};
 pub struct RigRows {
     /// Nodes of meshes, and room for a tree over the boxes.
     pub nodes: Vec<Node4>,
-    /// Three corners and the number of each triangle.
-    pub triangles: Vec<[u32; 4]>,
-    /// Positions and normals, each followed by a spare number.
-    pub vertices: Vec<[f32; 4]>,
+    /// Triangles in the order of leaves.
+    pub triangles: Vec<TriangleRow>,
+    /// Positions and normals.
+    pub vertices: Vec<VertexRow>,
     /// Boxes of instances.
     pub boxes: Vec<BoxRow>,
 }
@@ -102,7 +102,7 @@ impl Rig {
     ///
     /// # Errors
     /// [`TraceError::Device`].
-    pub fn vertices(&self) -> Result<Vec<[f32; 4]>, TraceError> {
+    pub fn vertices(&self) -> Result<Vec<VertexRow>, TraceError> {
         self.rows(&self.vertices)
     }
 
@@ -115,9 +115,9 @@ impl Rig {
         Ok(rows.first().copied().unwrap_or_default())
     }
 
-    /// What the trees cost that were refitted since the last call; see [`DeviceTrees::costs`].
-    pub fn costs(&self) -> Vec<Vec<f32>> {
-        self.trees.costs()
+    /// The newest report since the last call.
+    pub fn report(&mut self) -> Option<TreesReport> {
+        self.trees.collect()
     }
 
     /// Waits for a plan. Times are of the device's own clock where it has one, else none are returned.
@@ -136,9 +136,8 @@ impl Rig {
             .gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        let (_, asked) = self
-            .trees
-            .record_timed(&mut encoder, plan, None, queries.as_ref())?;
+        self.trees.record(&mut encoder, plan, queries.as_ref())?;
+        let report = self.trees.reports.record(&mut encoder);
         let size = u64::from(marks) * 8;
         use wgpu::BufferUsages as Usage;
         let resolving = Usage::QUERY_RESOLVE | Usage::COPY_SRC;
@@ -150,7 +149,9 @@ impl Rig {
         }
         encoder.copy_buffer_to_buffer(&resolved, 0, &staging, 0, size);
         self.gpu.queue.submit([encoder.finish()]);
-        self.trees.submitted(asked);
+        if let Some(slot) = report {
+            self.trees.reports.request(slot);
+        }
         let times: Vec<u64> = parse(&read(&self.gpu, &staging)?);
         let period = f64::from(self.gpu.queue.get_timestamp_period()) * 1e-6;
         let passes = plan.names().zip(times.windows(2));
