@@ -168,20 +168,42 @@ pub(super) fn widen(binary: &[Binary], prims: Vec<u32>, width: usize) -> Tree {
                     sources.push(child);
                     Child::Node(sources.len() as u32 - 1)
                 } else {
-                    let place = tree.prims.len() as u32;
-                    let range = first as usize..(first + count) as usize;
-                    tree.prims.extend_from_slice(&prims[range]);
-                    Child::Leaf {
-                        first: place,
-                        count,
-                    }
+                    Child::Leaf { first, count }
                 };
                 node.set_child(slot, &bounds.grown(), kind);
             }
             tree.nodes.push(node);
         }
     }
+    order_leaves(&mut tree, &prims);
     tree
+}
+
+/// Puts primitives in the order in which a walk that goes deep first meets them, be it a ray's or a
+/// refit's: what lies close together is read together.
+fn order_leaves(tree: &mut Tree, prims: &[u32]) {
+    let mut path = vec![(0, 0)];
+    while let Some((node, slot)) = path.pop() {
+        if slot == 4 {
+            continue;
+        }
+        path.push((node, slot + 1));
+        let child = &mut tree.nodes[node].children[slot];
+        match Child::decode(*child) {
+            Child::None => {}
+            Child::Node(below) => path.push((below as usize, 0)),
+            Child::Leaf { first, count } => {
+                let place = tree.prims.len() as u32;
+                let range = first as usize..(first + count) as usize;
+                tree.prims.extend_from_slice(&prims[range]);
+                *child = Child::Leaf {
+                    first: place,
+                    count,
+                }
+                .encode();
+            }
+        }
+    }
 }
 
 /// The binary nodes, at most `width`, that become the children of a node, and how many they are.
