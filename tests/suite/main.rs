@@ -8,6 +8,7 @@ mod gpu;
 mod ground_truth;
 mod house;
 mod layout;
+mod moving;
 mod pictures;
 mod present;
 mod shaders;

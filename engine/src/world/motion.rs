@@ -6,7 +6,9 @@
 //! turns it about its own axis. Nothing is written that is equal, and a frame at the same time as the last looks
 //! only at whether a component changed.
 //!
-//! A hierarchy of such things (Wald's hierarchical motion) needs no more than parents and children.
+//! Of the three classes of Wald, Benthin and Slusallek (2003), what stands still needs nothing, hierarchical motion
+//! is this module with parents and children, and unstructured motion is a deformation
+//! ([`super::Deformation`]). No entity says which it is: change ticks do.
 
 mod orbit;
 mod path;
