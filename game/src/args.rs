@@ -49,6 +49,7 @@ Examples:
   orrery render demo --frames 0..90              90 pictures of the demo, 3 seconds, into frames/
   orrery render demo --frames 30 --out f30.exr   one picture, linear light, 32-bit float
   orrery bench frame --backend cpu               how long a frame of the demo takes
+  orrery bench motion                            what it costs that things move, up to 100,000 of them
   orrery check my_scene.ron                      every problem of a scene file with its place
 
 Exit codes: 0 done, 1 the input is bad, 2 usage, 3 no usable device.";
@@ -130,6 +131,13 @@ pub struct BenchRequest {
     /// Also write the work itself (meshes, instances, spheres, rays by kind, hits) into this folder.
     #[arg(long, value_name = "DIR")]
     pub dump: Option<PathBuf>,
+    /// Motion: also time this program's trees on the same boxes and triangles. It is given folders as `--dump`
+    /// writes them and prints `key=value` lines. May be given several times.
+    #[arg(long, value_name = "PROGRAM")]
+    pub rival: Vec<PathBuf>,
+    /// Motion, structures: few things and triangles, for a look at the rows within seconds.
+    #[arg(long)]
+    pub small: bool,
 }
 
 /// What a window is to be like.

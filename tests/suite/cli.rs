@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 use orrery_tests::program::program;
 
 /// A fresh folder for one test.
-fn folder(test: &str) -> PathBuf {
+pub fn folder(test: &str) -> PathBuf {
     let folder = std::env::temp_dir().join(format!("orrery_cli_{}_{test}", std::process::id()));
     let _ = std::fs::remove_dir_all(&folder);
     std::fs::create_dir_all(&folder).expect("a folder for the test");
@@ -31,7 +31,7 @@ fn orrery(arguments: &[&str]) -> Output {
 }
 
 /// Holds the exit code, and that the words are among what was said; never a panic.
-fn expect(arguments: &[&str], code: i32, words: &[&str]) -> Output {
+pub fn expect(arguments: &[&str], code: i32, words: &[&str]) -> Output {
     let output = orrery(arguments);
     let said = format!(
         "{}{}",
@@ -58,7 +58,7 @@ fn help_teaches_by_examples() {
         0,
         &["--frames", "--resume", "bit for bit"],
     );
-    expect(&["bench", "--list"], 0, &["frame"]);
+    expect(&["bench", "--list"], 0, &["frame", "motion"]);
 }
 
 #[test]
@@ -76,7 +76,7 @@ fn wrong_words_are_usage() {
         &["####"],
     );
     expect(&["render", "demo", "--depth", "0"], 2, &["1..=64"]);
-    expect(&["bench", "nonsense"], 2, &["frame"]);
+    expect(&["bench", "nonsense"], 2, &["frame", "motion"]);
     let all = format!("0..{}", u64::MAX);
     expect(&["render", "demo", "--frames", &all], 2, &["too many"]);
     let last = u64::MAX.to_string();

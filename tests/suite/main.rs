@@ -1,5 +1,6 @@
 //! Every test that needs more than one module, in one binary.
 
+mod bench;
 mod cli;
 mod device_instances;
 mod device_speed;

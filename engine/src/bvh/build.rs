@@ -34,6 +34,11 @@ impl Tree {
         Self::of_good_quality(boxes, 4)
     }
 
+    /// A tree of full quality with one primitive a leaf: what a tree over instances is held against.
+    pub fn build_single(boxes: &[Aabb]) -> Self {
+        Self::with_leaves(boxes, 1, 0.02, 4)
+    }
+
     /// A tree built quickly, one primitive a leaf: for the instances of a frame.
     pub fn build_fast(boxes: &[Aabb]) -> Self {
         Self::with_leaves(boxes, 1, 0.0, 4)
@@ -255,7 +260,11 @@ mod tests {
         for count in [0, 1, 2, 3, 4, 5, 7, 8, 9, 64, 1000, 20_000] {
             for spread in [0.0, 1.0, 1e6] {
                 let boxes = random_boxes(count, spread, count as u32 + 1);
-                for tree in [Tree::build(&boxes), Tree::build_fast(&boxes)] {
+                for tree in [
+                    Tree::build(&boxes),
+                    Tree::build_single(&boxes),
+                    Tree::build_fast(&boxes),
+                ] {
                     tree.validate(&boxes).unwrap();
                     assert!(tree.stack_need() <= STACK_SHARE, "{}", tree.stack_need());
                 }

@@ -287,8 +287,9 @@ impl InstanceTree {
         }
     }
 
-    /// Fits every box.
-    fn refit(&mut self, boxes: &[Aabb]) {
+    /// Fits every box of the tree as it is, whatever [`InstanceTree::update`] would do; the rows are those of
+    /// the last update.
+    pub fn refit(&mut self, boxes: &[Aabb]) {
         let start = Instant::now();
         let row_box = |row: usize| Extent::from(boxes[row]);
         self.cost = self.tree.refit(&row_box, self.live >= PARALLEL_FROM);
@@ -298,8 +299,8 @@ impl InstanceTree {
             .learn(start.elapsed().as_nanos() as f64, self.live);
     }
 
-    /// Makes a new tree.
-    fn rebuild(&mut self, boxes: &[Aabb]) {
+    /// Makes a new tree, whatever [`InstanceTree::update`] would do.
+    pub fn rebuild(&mut self, boxes: &[Aabb]) {
         self.rows.clear();
         self.rows
             .extend((0..boxes.len() as u32).filter(|&row| is_there(&boxes[row as usize])));

@@ -116,6 +116,7 @@ fn counters(ui: &mut egui::Ui, profile: &Profile) {
         ("refracted rays", counters.refracted_rays),
         ("shadow rays", counters.shadow_rays),
         ("bytes uploaded", counters.bytes_uploaded),
+        ("instance tree's nodes written", counters.tree_nodes),
         ("trees updated", counters.trees_updated),
         ("media that did not fit", counters.media_overflows),
         ("straight rays ended", counters.straight_overflows),

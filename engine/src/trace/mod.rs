@@ -142,6 +142,8 @@ pub struct Counters {
     pub bytes_uploaded: u64,
     /// Trees built or refitted for this frame.
     pub trees_updated: u64,
+    /// Nodes of the tree over instances that were written to for this frame.
+    pub tree_nodes: u64,
 }
 
 impl std::ops::Add for Counters {
@@ -157,6 +159,7 @@ impl std::ops::Add for Counters {
             straight_overflows: self.straight_overflows + other.straight_overflows,
             bytes_uploaded: self.bytes_uploaded + other.bytes_uploaded,
             trees_updated: self.trees_updated + other.trees_updated,
+            tree_nodes: self.tree_nodes + other.tree_nodes,
         }
     }
 }

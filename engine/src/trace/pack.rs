@@ -16,6 +16,8 @@ mod mesh;
 mod reach;
 mod rows;
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 pub use self::dirty::DirtyRows;
@@ -190,12 +192,18 @@ impl PackedScene {
         }
     }
 
-    /// Takes every change for copied: for tracers that read these rows themselves.
-    pub fn keep_no_copy(&mut self) {
-        self.materials.take_dirty();
-        self.lights.take_dirty();
-        self.instances.rows.take_dirty();
-        self.instances.take_stale_nodes();
+    /// Nodes of the tree over instances that the last [`PackedScene::pack`] wrote to.
+    pub fn tree_nodes_written(&self) -> u64 {
+        self.instances.tree_work().nodes.into()
+    }
+
+    /// Takes every change for copied: for tracers that read these rows themselves. The bytes of rows and nodes
+    /// that a copy would have taken; those of meshes are not in it.
+    pub fn keep_no_copy(&mut self) -> u64 {
+        bytes_of::<MaterialRow>(&self.materials.take_dirty())
+            + bytes_of::<LightRow>(&self.lights.take_dirty())
+            + bytes_of::<InstanceRow>(&self.instances.rows.take_dirty())
+            + bytes_of::<Node4>(&self.instances.take_stale_nodes())
     }
 
     /// Nodes of the tree over instances, root first; none: there is nothing but planes.
@@ -209,4 +217,13 @@ impl PackedScene {
     pub fn mesh(&self, row: &InstanceRow) -> &PackedMesh {
         &self.meshes[row.mesh as usize]
     }
+}
+
+/// Bytes of ranges of rows.
+fn bytes_of<T>(ranges: &[Range<u32>]) -> u64 {
+    let rows: u64 = ranges
+        .iter()
+        .map(|range| u64::from(range.end - range.start))
+        .sum();
+    rows * size_of::<T>() as u64
 }

@@ -7,7 +7,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::DAffine3;
+use glam::{DAffine3, UVec2};
 use orrery_engine::frame::{FrameScene, TraceSettings};
 use orrery_engine::trace::{Hit, Query, Ray};
 use serde_json::json;
@@ -40,7 +40,10 @@ pub fn run(folder: &Path, request: &BenchRequest, common: &Common) -> Result<(),
         .scene
         .file_stem()
         .map_or("scene".into(), |stem| stem.to_string_lossy());
-    out.write("manifest.json", &manifest(&name, settings, &work, &sets))?;
+    out.write(
+        "manifest.json",
+        &manifest(&name, settings.size, &work, &sets),
+    )?;
     let triangles: usize = work.meshes.iter().map(|m| m.triangles.len()).sum();
     let rays: usize = sets.iter().map(|set| set.rays.len()).sum();
     say(format_args!(
@@ -54,8 +57,15 @@ pub fn run(folder: &Path, request: &BenchRequest, common: &Common) -> Result<(),
     Ok(())
 }
 
+/// Writes geometry alone: for timing builds, updates and refits.
+pub fn write_geometry(folder: &Path, name: &str, work: &Work) -> Result<(), Failure> {
+    let out = Folder::make(folder)?;
+    out.write_work(work)?;
+    out.write("manifest.json", &manifest(name, UVec2::ONE, work, &[]))
+}
+
 /// What is in which file.
-fn manifest(name: &str, settings: &TraceSettings, work: &Work, sets: &[RaySet]) -> Vec<u8> {
+fn manifest(name: &str, size: UVec2, work: &Work, sets: &[RaySet]) -> Vec<u8> {
     let meshes = work.meshes.iter().enumerate().map(|(i, mesh)| {
         json!({"name": mesh.name, "triangles": mesh.triangles.len(), "file": format!("mesh{i}.bin")})
     });
@@ -67,7 +77,7 @@ fn manifest(name: &str, settings: &TraceSettings, work: &Work, sets: &[RaySet]) 
         .iter()
         .map(|set| json!({"kind": set.kind, "file": format!("hits_{}.bin", set.kind)}));
     let manifest = json!({
-        "scene": name, "width": settings.size.x, "height": settings.size.y,
+        "scene": name, "width": size.x, "height": size.y,
         "meshes": meshes.collect::<Vec<_>>(),
         "instances": {"count": work.instances.len(), "file": "instances.bin"},
         "spheres": {"count": work.spheres.len(), "file": "spheres.bin"},

@@ -70,8 +70,8 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
     })
 }
 
-/// `auto` means the GPU where there is a real one, and the processor beside it.
-fn backends(common: &Common) -> Vec<BackendChoice> {
+/// The backends to measure: `auto` means the GPU where there is a real one, and the processor beside it.
+pub fn backends(common: &Common) -> Vec<BackendChoice> {
     match common.backend {
         BackendChoice::Auto => {
             let gpu = common.adapter.is_some()

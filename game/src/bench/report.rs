@@ -134,8 +134,10 @@ impl Report {
         for remark in &self.remarks {
             say(remark);
         }
+        let names = self.rows.iter().map(|row| row.name.len() + 2);
+        let wide = names.max().unwrap_or(0).max(28);
         say(format_args!(
-            "{:<28}{:>12}{:>12}{:>12}  {:<9}target",
+            "{:<wide$}{:>12}{:>12}{:>12}  {:<9}target",
             "", "median", "p05", "p95", "unit"
         ));
         let number = |x: Option<f64>| x.map_or(String::new(), short);
@@ -147,7 +149,7 @@ impl Report {
                 _ => String::new(),
             };
             say(format_args!(
-                "{:<28}{:>12}{:>12}{:>12}  {:<9}{target}",
+                "{:<wide$}{:>12}{:>12}{:>12}  {:<9}{target}",
                 row.name,
                 short(row.value),
                 number(row.p05),

@@ -33,6 +33,8 @@ pub struct CpuTracer {
     picture: Option<Picture>,
     /// The frame shows something that the picture does not.
     is_due: bool,
+    /// Bytes of rows written for this frame.
+    bytes_written: u64,
     counters: Counters,
     passes: Vec<PassTime>,
 }
@@ -64,7 +66,7 @@ impl Tracer for CpuTracer {
         let start = Instant::now();
         self.packed.pack(scene, settings);
         self.is_due |= self.packed.has_changed;
-        self.packed.keep_no_copy();
+        self.bytes_written = self.packed.keep_no_copy();
         self.passes
             .push(PassTime::since("rows and instance tree", start));
         self.passes.push(self.packed.tree_time());
@@ -99,6 +101,8 @@ impl Tracer for CpuTracer {
             })
             .reduce(Counters::default, |a, b| a + b);
         self.counters.trees_updated = packed.trees_updated;
+        self.counters.tree_nodes = packed.tree_nodes_written();
+        self.counters.bytes_uploaded = self.bytes_written;
         let pass = PassTime::since("whitted", start);
         self.packed.instances.note_trace_time(pass.millis * 1e6);
         self.passes.push(pass);

@@ -126,6 +126,7 @@ impl GpuTracer {
         self.counters = Counters {
             bytes_uploaded: self.counters.bytes_uploaded,
             trees_updated: self.counters.trees_updated,
+            tree_nodes: self.counters.tree_nodes,
             ..Counters::default()
         };
         self.device_millis = None;
@@ -239,6 +240,7 @@ impl Tracer for GpuTracer {
         self.host_passes.push(PassTime::since("upload", start));
         self.counters.bytes_uploaded = written;
         self.counters.trees_updated = self.packed.trees_updated;
+        self.counters.tree_nodes = self.packed.tree_nodes_written();
         let generations = self.packed.view.max_generations;
         self.special = Some(Specialisation::new(scene.features, generations));
         self.gpu.check()

@@ -1,0 +1,109 @@
+//! The benchmarks from outside, in their short form: which rows there are, and what their counts must be. Never a
+//! time.
+
+use std::path::Path;
+
+use serde_json::Value;
+
+use crate::cli::{expect, folder};
+
+/// The report of a benchmark on the CPU, and what was said.
+fn report(name: &str, folder: &Path, more: &[&str]) -> Value {
+    let json = folder.join("report.json").display().to_string();
+    let mut arguments = vec![
+        "bench",
+        name,
+        "--backend",
+        "cpu",
+        "--small",
+        "--json",
+        &json,
+    ];
+    arguments.extend(more);
+    expect(&arguments, 0, &[name, "median"]);
+    let text = std::fs::read_to_string(&json).expect("the report was written");
+    serde_json::from_str(&text).expect("the report is JSON")
+}
+
+/// The row of that name.
+fn row<'a>(report: &'a Value, name: &str) -> &'a Value {
+    let rows = report["rows"].as_array().expect("rows");
+    let row = rows.iter().find(|row| row["name"] == name);
+    row.unwrap_or_else(|| panic!("no row `{name}` in {rows:#?}"))
+}
+
+fn value(report: &Value, name: &str) -> f64 {
+    row(report, name)["value"].as_f64().expect("a number")
+}
+
+/// Holds that every count that proves the work beside it is 0, and that there are such counts.
+fn expect_proofs(report: &Value, words: &[&str]) {
+    let rows = report["rows"].as_array().expect("rows");
+    for word in words {
+        let ending = format!(".{word}");
+        let proofs = rows.iter().filter(|row| {
+            let name = row["name"].as_str().expect("a name");
+            name.ends_with(&ending)
+        });
+        let proofs: Vec<&Value> = proofs.collect();
+        assert!(!proofs.is_empty(), "no row ends in `{word}`");
+        for proof in proofs {
+            assert_eq!(proof["value"], 0.0, "{proof}");
+        }
+    }
+}
+
+#[test]
+fn motion_has_its_rows_and_proofs() {
+    let folder = folder("bench_motion");
+    let dump = folder.join("dump");
+    let report = report("motion", &folder, &["--dump", &dump.display().to_string()]);
+    assert_eq!(report["bench"], "motion");
+    expect_proofs(&report, &["wrong", "invalid", "trees", "rays"]);
+    for count in [10, 1000] {
+        let rest = |what: &str| value(&report, &format!("cpu.rest.{count}.{what}"));
+        assert!(rest("frame") > 0.0 && rest("profiled") > 0.0);
+        for what in ["uploaded", "trees", "rays"] {
+            assert_eq!(rest(what), 0.0, "nothing changed, {count} things: {what}");
+        }
+        let one = |what: &str| value(&report, &format!("cpu.one_of.{count}.{what}"));
+        let (bytes, nodes) = (one("uploaded"), one("nodes"));
+        assert!(bytes > 0.0 && bytes < 4096.0, "{bytes} bytes for one moved");
+        assert!(nodes > 0.0 && nodes < 64.0, "{nodes} nodes for one moved");
+    }
+    assert_eq!(value(&report, "cpu.camera.1000.nodes"), 0.0);
+    for name in [
+        "packed.1000.total",
+        "tree.spheres.1000.1t.update",
+        "tree.meshes.100.1t.rebuild",
+        "tree.meshes.1000.1t.refit",
+        "tree.meshes.1000.camera_rays.ratio",
+        "mesh.1000.1t.deform_refit",
+        "mesh.1000.rays.ratio",
+    ] {
+        let row = row(&report, name);
+        assert!(row["value"].as_f64().is_some_and(|v| v > 0.0), "{row}");
+    }
+    for (scene, instances) in [("meshes.1000", 1000), ("mesh.1000", 1)] {
+        let manifest = std::fs::read_to_string(dump.join(scene).join("manifest.json"));
+        let manifest: Value = serde_json::from_str(&manifest.expect("a dump")).expect("JSON");
+        assert_eq!(manifest["instances"]["count"], instances, "{scene}");
+        assert_eq!(manifest["rays"], Value::Array(Vec::new()));
+    }
+}
+
+#[test]
+fn a_rival_that_is_none_is_bad_input() {
+    let rival = folder("bench_rival").join("no_such_program");
+    let rival = rival.display().to_string();
+    let arguments = [
+        "bench",
+        "motion",
+        "--backend",
+        "cpu",
+        "--small",
+        "--rival",
+        &rival,
+    ];
+    expect(&arguments, 1, &["no_such_program", "key=value"]);
+}
