@@ -21,6 +21,7 @@ use std::ops::Range;
 use rayon::prelude::*;
 
 pub use self::dirty::DirtyRows;
+pub use self::instances::most_nodes;
 pub use self::mesh::{PackedMesh, Stale};
 
 use self::instances::PackedInstances;
@@ -33,6 +34,10 @@ use crate::frame::wire::{
 };
 use crate::frame::{Features, FrameScene, TraceSettings};
 use crate::world::Changes;
+
+/// Rows from which a device builds the tree over instances that move: a device's passes have a price that does not
+/// depend on how many there are, so fewer are built here.
+const DEVICE_FROM: usize = 8192;
 
 /// The rows of a frame.
 #[derive(Default)]
@@ -65,12 +70,14 @@ pub struct PackedScene {
 }
 
 impl PackedScene {
-    /// For a device that deforms and refits meshes itself.
+    /// For a device that deforms and refits meshes itself, and builds the tree over many instances.
     pub fn for_device() -> Self {
-        Self {
+        let mut scene = Self {
             deforms_on_device: true,
             ..Self::default()
-        }
+        };
+        scene.instances.device_from = Some(DEVICE_FROM);
+        scene
     }
 
     /// Builds the trees of meshes that are new or changed.
@@ -130,7 +137,7 @@ impl PackedScene {
         if self.instances.tree_work().action != TreeAction::None {
             self.trees_updated += 1;
         }
-        let nodes = self.instances.nodes().len() as u32;
+        let nodes = self.instances.node_room();
         if nodes > self.instance_nodes.nodes.len() as u32 {
             // Half as much again, so that a scene that grows does not move it each time.
             self.arenas.free(std::mem::take(&mut self.instance_nodes));
@@ -151,7 +158,7 @@ impl PackedScene {
     }
 
     fn make_view(&self, scene: &FrameScene, settings: &TraceSettings) -> ViewRow {
-        let has_tree = !self.instances.nodes().is_empty();
+        let has_tree = self.instances.node_room() > 0;
         ViewRow {
             background: scene.background.to_array(),
             max_generations: scene.max_generations.min(GENERATIONS_CAPACITY),

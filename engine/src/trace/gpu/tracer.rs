@@ -133,19 +133,22 @@ impl GpuTracer {
         self.tree_millis = None;
     }
 
-    /// Has the device deform and refit what is deformed otherwise than before; returns the bytes written.
+    /// Has the device deform and refit what is deformed otherwise than before, and build the tree over instances
+    /// where that is its part; returns the bytes written.
     fn update_trees(&mut self) -> Result<u64, TraceError> {
         if let Some(report) = self.trees.collect() {
             self.tree_millis = report.millis;
         }
-        let rows = self.on_device.take_undeformed();
-        if rows.is_empty() {
-            return Ok(0);
-        }
         let mut plan = Plan::default();
+        let rows = self.on_device.take_undeformed();
         let buffers = self.on_device.tree_buffers();
         self.trees
             .update_meshes(&mut plan, buffers, &rows, &self.packed.meshes)?;
+        let root = self.packed.instance_nodes_start();
+        if let Some(boxes) = self.packed.instances.take_boxes_to_build() {
+            self.trees
+                .build_instances(&mut plan, buffers, boxes, root)?;
+        }
         self.trees.submit(&plan)
     }
 

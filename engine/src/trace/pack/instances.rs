@@ -12,7 +12,7 @@ use rayon::prelude::*;
 use super::dirty::DirtyRows;
 use super::instance::{NOTHING, Packed, PaddedBox, Placed, instance_row};
 use super::mesh::PackedMesh;
-use crate::bvh::{InstanceTree, Node4, TreeWork};
+use crate::bvh::{InstanceTree, Node4, TreeAction, TreeWork};
 use crate::frame::wire::{InstanceRow, KIND_PLANE, NONE};
 use crate::frame::{FrameScene, Instance};
 use crate::geom::Aabb;
@@ -20,6 +20,14 @@ use crate::world::Changes;
 
 /// Rows that are worth a task of their own.
 const ROWS_PER_TASK: usize = 2048;
+
+/// One row in so many moving is most of them: fewer are followed along their paths.
+const BUSY_SHARE: usize = 8;
+
+/// Nodes that a tree over so many boxes may take, whoever builds it: all but one of the boxes need a node.
+pub fn most_nodes(boxes: u32) -> u32 {
+    boxes.saturating_sub(1).max(1)
+}
 
 /// Rows of instances of each mesh; some may show another mesh by now, and some are named twice.
 #[derive(Default)]
@@ -80,6 +88,14 @@ pub struct PackedInstances {
     work: TreeWork,
     /// Nodes that a device's copy of the tree lacks.
     stale_nodes: Vec<Range<u32>>,
+    /// Rows from which a device builds the tree while most of them move.
+    pub device_from: Option<usize>,
+    /// The device's tree is one that it built; the one here is of an earlier frame.
+    on_device: bool,
+    /// The device is to build a tree over the boxes as they are.
+    is_build_due: bool,
+    /// Frames in a row in which most rows moved.
+    busy_frames: u32,
 }
 
 impl PackedInstances {
@@ -105,17 +121,71 @@ impl PackedInstances {
         }
         // Not-a-number is far, too.
         let is_near = (eye - self.anchor).abs().max_element() <= self.reach;
-        self.work = match touched {
-            Some(touched) if is_near => {
-                let moved = self.rebox(&touched);
-                self.tree.update(&self.boxes, Some(&moved))
-            }
+        let moved = match touched {
+            Some(touched) if is_near => Some(self.rebox(&touched)),
             _ => {
                 self.drop_anchor();
-                self.tree.update(&self.boxes, None)
+                None
             }
         };
-        self.stale_nodes.extend_from_slice(self.tree.dirty());
+        self.work = self.follow(moved.as_deref());
+    }
+
+    /// Brings the tree up to the boxes, of which these changed, or any. Where most of many move, frame after
+    /// frame, and a device keeps the tree, the device builds it: what goes over to it is the boxes either way.
+    fn follow(&mut self, moved: Option<&[u32]>) -> TreeWork {
+        if self.on_device && moved.is_some_and(<[u32]>::is_empty) {
+            return TreeWork::default();
+        }
+        let rows = self.boxes.len();
+        let most_move = moved.is_none_or(|moved| moved.len() * BUSY_SHARE >= rows);
+        self.busy_frames = if most_move {
+            self.busy_frames.saturating_add(1)
+        } else {
+            0
+        };
+        let is_large = self.device_from.is_some_and(|from| rows >= from);
+        if is_large && self.busy_frames > 1 {
+            self.on_device = true;
+            self.is_build_due = true;
+            self.stale_nodes.clear();
+            return TreeWork {
+                action: TreeAction::Rebuild,
+                rows: rows as u32,
+                nodes: self.node_room(),
+                ..TreeWork::default()
+            };
+        }
+        let was_on_device = std::mem::take(&mut self.on_device);
+        self.is_build_due = false;
+        let moved = if was_on_device { None } else { moved };
+        let work = self.tree.update(&self.boxes, moved);
+        if was_on_device {
+            self.lose_nodes();
+        } else {
+            self.stale_nodes.extend_from_slice(self.tree.dirty());
+        }
+        work
+    }
+
+    /// Nodes that a device needs room for; 0: there is no tree.
+    pub fn node_room(&self) -> u32 {
+        if self.on_device {
+            most_nodes(self.boxes.len() as u32)
+        } else {
+            self.tree.nodes().len() as u32
+        }
+    }
+
+    /// Whether the device's tree is one that it built.
+    #[cfg(test)]
+    pub fn is_on_device(&self) -> bool {
+        self.on_device
+    }
+
+    /// The boxes of all rows if the device is to build a tree over them; from now on it has.
+    pub fn take_boxes_to_build(&mut self) -> Option<&[Aabb]> {
+        std::mem::take(&mut self.is_build_due).then_some(&self.boxes[..])
     }
 
     /// Nodes of the tree over everything but planes, root first.
@@ -142,6 +212,10 @@ impl PackedInstances {
     /// A device has no copy of the tree any more.
     pub fn lose_nodes(&mut self) {
         self.stale_nodes.clear();
+        if self.on_device {
+            self.is_build_due = true;
+            return;
+        }
         self.stale_nodes.push(0..self.tree.nodes().len() as u32);
     }
 

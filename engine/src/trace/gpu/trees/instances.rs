@@ -8,13 +8,17 @@
 //! have one centre, too). Boxes of nodes are filled in from the deepest level up. The order of nodes within a
 //! level depends on timing; no picture depends on the order of nodes.
 
-use crate::frame::wire::{BuildRow, StageRow};
+use bytemuck::cast_slice;
+
+use crate::frame::wire::{BoxRow, BuildRow, StageRow};
+use crate::geom::Aabb;
 use crate::trace::TraceError;
 use crate::trace::gpu::buffers::RowBuffer;
 use crate::trace::gpu::context::Gpu;
 use crate::trace::gpu::shader::Kernel;
 
 use super::Plan;
+pub use crate::trace::pack::most_nodes;
 
 /// Levels that no tree exceeds: 15 levels leave at most 46 nodes waiting, within a traversal's share of 48.
 const MOST_LEVELS: u32 = 15;
@@ -48,9 +52,37 @@ pub struct InstanceBuild<'a> {
     pub root: u32,
 }
 
-/// Nodes that a tree over so many boxes may take.
-pub fn most_nodes(boxes: u32) -> u32 {
-    boxes.saturating_sub(1).max(1)
+/// The host's boxes on the device.
+pub(super) struct InstanceBoxes {
+    rows: RowBuffer,
+    packed: Vec<BoxRow>,
+}
+
+impl InstanceBoxes {
+    pub(super) fn new(gpu: &Gpu) -> Self {
+        let size = size_of::<BoxRow>() as u64;
+        Self {
+            rows: RowBuffer::new(gpu, "boxes", wgpu::BufferUsages::STORAGE, size),
+            packed: Vec::new(),
+        }
+    }
+
+    pub(super) fn buffer(&self) -> &wgpu::Buffer {
+        self.rows.buffer()
+    }
+
+    /// Returns the bytes written.
+    pub(super) fn upload(&mut self, gpu: &Gpu, boxes: &[Aabb]) -> Result<u64, TraceError> {
+        self.packed.clear();
+        self.packed.extend(boxes.iter().map(|bounds| BoxRow {
+            min: bounds.min.to_array(),
+            max: bounds.max.to_array(),
+            ..BoxRow::default()
+        }));
+        let bytes: &[u8] = cast_slice(&self.packed);
+        self.rows.reserve(gpu, bytes.len() as u64)?;
+        Ok(self.rows.write(gpu, 0, bytes))
+    }
 }
 
 /// Levels that a tree over so many boxes may have.

@@ -9,8 +9,8 @@
 //! Bounding Volume Hierarchies", section 4.
 
 mod deform;
+mod frame;
 mod instances;
-mod meshes;
 mod plan;
 mod refit;
 mod report;
@@ -26,7 +26,7 @@ use std::sync::Arc;
 use bytemuck::{Zeroable, cast_slice};
 
 use self::deform::DeformData;
-use self::instances::InstanceBuilder;
+use self::instances::{InstanceBoxes, InstanceBuilder};
 use self::plan::{Recorder, Timing};
 use self::refit::JobRange;
 use self::report::{MOST_COSTS, TreesReports};
@@ -98,6 +98,7 @@ pub struct DeviceTrees {
     partials: RowBuffer,
     reports: TreesReports,
     builder: InstanceBuilder,
+    boxes: InstanceBoxes,
     /// Bytes written for the plan under way.
     written: u64,
 }
@@ -119,6 +120,7 @@ impl DeviceTrees {
             partials: rows("costs of nodes", 4),
             reports: TreesReports::new(&gpu),
             builder: InstanceBuilder::new(&gpu),
+            boxes: InstanceBoxes::new(&gpu),
             written: 0,
             gpu,
         }

@@ -206,3 +206,53 @@ fn a_mesh_that_comes_to_rest_is_the_one_it_was() {
         assert_eq!(is_at_rest, frame.meshes[0].deformation.is_none());
     }
 }
+
+/// Spheres at random places about the view; a few rows are vacant.
+fn crowd(count: u32, moved_by: f64) -> Vec<Instance> {
+    let mut state = 9_u32;
+    let mut random = || {
+        state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
+        f64::from(state >> 8) / 16_777_216.0 - 0.5
+    };
+    (0..count)
+        .map(|row| {
+            let place = DVec3::new(random() * 9.0, random() * 7.0, random() * 8.0 - 9.0);
+            let by = DVec3::new(random(), random(), random()) * moved_by;
+            let radius = 0.1;
+            let shape = match row % 50 {
+                7 => Shape::Vacant,
+                _ => Shape::Sphere { radius },
+            };
+            Instance {
+                tag: 0,
+                shape,
+                world_from_local: DAffine3::from_translation(place + by),
+                material: 0,
+            }
+        })
+        .collect()
+}
+
+#[test]
+fn who_builds_the_tree_over_instances_changes_no_bit() {
+    let (mut here, mut there) = (open(), open());
+    here.packed.instances.device_from = None;
+    there.packed.instances.device_from = Some(1000);
+    let mut frame = scene(Arc::new(tube()), None);
+    let mut built_there = 0;
+    for step in 0..8_u32 {
+        // All move, then none, then one, then all again.
+        let by = [0.0, 1.0, 2.0, 3.0, 3.0, 3.0, 4.0, 5.0][step as usize];
+        let mut instances = crowd(2000, by);
+        if step >= 5 {
+            instances[3].world_from_local.translation.y += 0.5;
+        }
+        frame.instances.assign(instances);
+        frame.features = Features::of(&frame);
+        let (a, b) = (picture(&mut here, &frame), picture(&mut there, &frame));
+        assert!(a.pixels.iter().any(|p| *p != a.pixels[0]), "nothing to see");
+        assert!(a.pixels == b.pixels, "another picture in step {step}");
+        built_there += u32::from(there.packed.instances.is_on_device());
+    }
+    assert_eq!(built_there, 5, "1, 2, 3, 4 and 7");
+}

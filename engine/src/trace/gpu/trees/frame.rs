@@ -1,6 +1,7 @@
-//! Packed meshes that the device deforms and refits: how the tracer asks for it.
+//! What the tracer has the device do for a frame.
 
-use super::{DeformedMesh, DeviceTrees, MeshPlace, Plan, SceneBuffers};
+use super::{DeformedMesh, DeviceTrees, InstanceBuild, MeshPlace, Plan, SceneBuffers};
+use crate::geom::Aabb;
 use crate::trace::TraceError;
 use crate::trace::pack::PackedMesh;
 
@@ -45,5 +46,26 @@ impl DeviceTrees {
         }
         self.deform(plan, scene, &deformed)?;
         self.refit(plan, scene, &refitted)
+    }
+
+    /// Plans the tree over the boxes of all rows, empty ones left out, with its root at a place among the nodes.
+    ///
+    /// # Errors
+    /// [`TraceError::TooLarge`].
+    pub(in crate::trace::gpu) fn build_instances(
+        &mut self,
+        plan: &mut Plan,
+        scene: SceneBuffers,
+        boxes: &[Aabb],
+        root: u32,
+    ) -> Result<(), TraceError> {
+        self.written += self.boxes.upload(&self.gpu, boxes)?;
+        let tree = InstanceBuild {
+            boxes: self.boxes.buffer(),
+            count: boxes.len() as u32,
+            nodes: scene.nodes,
+            root,
+        };
+        self.builder.plan(&self.gpu, plan, &tree)
     }
 }
