@@ -101,7 +101,7 @@ impl PackedScene {
         let on_device = self.deforms_on_device;
         for row in changed {
             let (mesh, now) = (&mut self.meshes[row as usize], &scene.meshes[row as usize]);
-            if mesh.is_of(now) && mesh.deform(now, on_device) {
+            if mesh.is_of(now) && mesh.deform(now) {
                 self.changed_meshes.push(row);
             } else if !mesh.is_of(now) && work.iter().all(|(other, _)| *other != row) {
                 work.push((row, PackedMesh::default()));

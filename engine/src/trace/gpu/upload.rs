@@ -134,7 +134,7 @@ impl SceneOnDevice {
             if stale == Stale::Nothing {
                 continue;
             }
-            if packed.deforms_on_device && mesh.source.deformation.is_some() {
+            if mesh.is_left_to_device() {
                 self.undeformed.push(row);
                 if stale == Stale::Deformed {
                     continue;

@@ -11,7 +11,7 @@ use super::reach::Reach;
 use crate::bvh::{Extent, Node4, Tree};
 use crate::frame::wire::{NONE, TriangleRow, VertexRow};
 use crate::geom::Aabb;
-use crate::world::{MeshData, MeshRow};
+use crate::world::{MeshData, MeshRow, Structure};
 
 /// What a device's copy of a mesh lacks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -86,10 +86,13 @@ pub struct PackedMesh {
     adjacency: Option<Adjacency>,
     /// How far a deformation takes it.
     reach: Reach,
+    /// Deformations are a device's work where it can do it.
+    on_device: bool,
 }
 
 impl PackedMesh {
-    /// Builds the tree, of the deformed mesh; the place is to be taken. See [`PackedMesh::deform`] for `on_device`.
+    /// Builds the tree, of the deformed mesh; the place is to be taken. Deformations from
+    /// then on are left to a device if `on_device`.
     pub fn build(source: &MeshRow, on_device: bool) -> Self {
         let data: &MeshData = &source.data;
         let mut mesh = Self {
@@ -111,9 +114,8 @@ impl PackedMesh {
         mesh.triangles = mesh.tree.prims.iter().map(triangle).collect();
         mesh.bounds = mesh.tree.bounds();
         mesh.stale = Stale::All;
-        if on_device {
-            mesh.reach_out();
-        }
+        mesh.on_device = on_device;
+        mesh.reach_out();
         mesh
     }
 
@@ -123,15 +125,15 @@ impl PackedMesh {
     }
 
     /// Deforms the vertices as a row of the frame says and refits the tree; whether that was another way.
-    /// On a device, it is left to the device: vertices and boxes here stay as they were, and only a box
-    /// around all that may come of it is found.
-    pub fn deform(&mut self, row: &MeshRow, on_device: bool) -> bool {
+    /// Where it is left to a device, vertices and boxes here stay as they were, and only a box around all
+    /// that may come of it is found.
+    pub fn deform(&mut self, row: &MeshRow) -> bool {
         if self.source.deformation == row.deformation {
             return false;
         }
         self.source.deformation.clone_from(&row.deformation);
         self.stale = self.stale.max(Stale::Deformed);
-        if on_device && self.reach_out() {
+        if self.reach_out() {
             return true;
         }
         self.fill_vertices();
@@ -143,8 +145,17 @@ impl PackedMesh {
         true
     }
 
-    /// Bounds the deformed mesh without its vertices; false: it is at rest.
+    /// Whether a device computes vertices and boxes as they are now: not at rest, and of trees of boxes.
+    pub fn is_left_to_device(&self) -> bool {
+        let has_boxes = matches!(self.source.structure, Structure::Boxes2 | Structure::Boxes4);
+        self.on_device && has_boxes && self.source.deformation.is_some()
+    }
+
+    /// Bounds the deformed mesh without its vertices if they are left to a device; whether they are.
     fn reach_out(&mut self) -> bool {
+        if !self.is_left_to_device() {
+            return false;
+        }
         let Some(deformation) = &self.source.deformation else {
             return false;
         };
