@@ -1,6 +1,6 @@
-// What: a ray against the four boxes of a node.
+// What: a ray against the four boxes, or spheres, of a node.
 // Reads: nothing. Writes: nothing.
-// Twin: engine/src/geom/ray.rs and push_children in engine/src/trace/cpu/traverse.rs.
+// Twin: engine/src/geom/ray.rs and engine/src/trace/cpu/enter.rs.
 #define_import_path orrery::slab
 
 #import orrery::types::{CHILD_NONE, Node4}
@@ -45,6 +45,27 @@ fn enter_children(node: Node4, ray: SlabRay, least: f32, most: f32) -> Entered {
     let near = max(max(min(x_low, x_high), min(y_low, y_high)), max(min(z_low, z_high), vec4f(least)));
     let far = min(min(max(x_low, x_high), max(y_low, y_high)), max(z_low, z_high)) * FAR_WIDENING;
     let entered = (near <= min(far, vec4f(most))) & (node.children != vec4u(CHILD_NONE));
+    return farthest_first(Entered(select(vec4f(FARTHEST), near, entered), select(vec4u(CHILD_NONE), node.children, entered)));
+}
+
+// The child spheres a ray enters, in the order of boxes: centre in min_x, min_y, min_z, radius in max_x. Both
+// are widened by what the test errs by, 2^-19 of the distance to the centre.
+fn enter_spheres(node: Node4, origin: vec3f, dir: vec3f, least: f32, most: f32) -> Entered {
+    let x = origin.x - node.min_x;
+    let y = origin.y - node.min_y;
+    let z = origin.z - node.min_z;
+    let a = max(dot(dir, dir), 1e-30);
+    let middle = (x * dir.x + y * dir.y + z * dir.z) / -a;
+    let rest_x = x + dir.x * middle;
+    let rest_y = y + dir.y * middle;
+    let rest_z = z + dir.z * middle;
+    let slack = sqrt(x * x + y * y + z * z) * 1.9073486e-6;
+    let radius = node.max_x + slack;
+    let inside = radius * radius - (rest_x * rest_x + rest_y * rest_y + rest_z * rest_z);
+    let half = (sqrt(max(inside, vec4f(0.0))) + slack) * inverseSqrt(a);
+    let near = max(middle - half, vec4f(least));
+    let reached = (inside >= vec4f(0.0)) & (near <= min(middle + half, vec4f(most)));
+    let entered = reached & (node.children != vec4u(CHILD_NONE));
     return farthest_first(Entered(select(vec4f(FARTHEST), near, entered), select(vec4u(CHILD_NONE), node.children, entered)));
 }
 

@@ -3,10 +3,13 @@
 // Twin: engine/src/trace/cpu/traverse.rs.
 #define_import_path orrery::traverse
 
-#import orrery::types::{CHILD_LEAF, CHILD_NONE, InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, TRAVERSAL_CAPACITY}
+#import orrery::types::{CHILD_LEAF, CHILD_NONE, InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, ROOT_OF_SPHERES, TRAVERSAL_CAPACITY}
 #import orrery::scene::{instances, nodes, triangles, vertices, view}
 #import orrery::affine::{map_point, map_vector}
 #import orrery::slab::{SlabRay, enter_children, slab_ray, slack_ray}
+#ifdef SPHERE_TREES
+#import orrery::slab::{Entered, enter_spheres}
+#endif
 #ifdef MESHES
 #import orrery::triangle::{Shear, hit_triangle, make_shear}
 #endif
@@ -116,9 +119,23 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
     var floor_depth = 0u;
     var shear: Shear;
 #endif
+#ifdef SPHERE_TREES
+    var in_spheres = false;
+    var local_dir = probe.dir;
+#endif
     loop {
         if (slot & CHILD_LEAF) == 0u {
-            let entered = enter_children(nodes[root + slot], ray, probe.after.t, best.key.t * REACH);
+            let reach = best.key.t * REACH;
+#ifdef SPHERE_TREES
+            var entered: Entered;
+            if in_spheres {
+                entered = enter_spheres(nodes[root + slot], ray.from_least, local_dir, probe.after.t, reach);
+            } else {
+                entered = enter_children(nodes[root + slot], ray, probe.after.t, reach);
+            }
+#else
+            let entered = enter_children(nodes[root + slot], ray, probe.after.t, reach);
+#endif
             if entered.slot.w != CHILD_NONE {
                 depth = push(depth, entered.slot.x);
                 depth = push(depth, entered.slot.y);
@@ -137,7 +154,11 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
                 let dir = map_vector(rows, probe.dir);
                 ray = slab_ray(map_point(rows, probe.origin), dir);
                 shear = make_shear(dir);
-                root = instances[first].root;
+                root = instances[first].root & ~ROOT_OF_SPHERES;
+#ifdef SPHERE_TREES
+                in_spheres = root != instances[first].root;
+                local_dir = dir;
+#endif
                 mesh = first;
                 floor_depth = depth;
                 slot = 0u;
@@ -157,6 +178,9 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
             mesh = NONE;
             root = view.root;
             ray = world;
+#ifdef SPHERE_TREES
+            in_spheres = false;
+#endif
         }
 #endif
         if depth == 0u {

@@ -9,6 +9,7 @@ const KIND_SPHERE: u32 = 1u;
 const KIND_ELLIPSOID: u32 = 2u;
 const KIND_CUBOID: u32 = 3u;
 const KIND_PLANE: u32 = 4u;
+const ROOT_OF_SPHERES: u32 = 0x80000000u;
 const MATERIAL_FRESNEL: u32 = 1u;
 const MATERIAL_MIRROR: u32 = 2u;
 const MATERIAL_TRANSMITS: u32 = 4u;

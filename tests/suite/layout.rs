@@ -178,7 +178,7 @@ macro_rules! constants {
 
 fn rust_constants() -> BTreeMap<&'static str, u32> {
     let of_rows = constants!(wire:
-        NONE, KIND_MESH, KIND_SPHERE, KIND_ELLIPSOID, KIND_CUBOID, KIND_PLANE,
+        NONE, ROOT_OF_SPHERES, KIND_MESH, KIND_SPHERE, KIND_ELLIPSOID, KIND_CUBOID, KIND_PLANE,
         MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, LIGHT_POINT, LIGHT_DIRECTIONAL,
         LIGHT_SPOT, PROJECTION_PERSPECTIVE, PROJECTION_ORTHOGRAPHIC, QUERY_CLOSEST, QUERY_ANY,
         MEDIA_CAPACITY, GENERATIONS_CAPACITY, STRAIGHT_CAPACITY, TRAVERSAL_CAPACITY,
@@ -263,6 +263,7 @@ pub fn all_features() -> Features {
         transmission: true,
         smooth_normals: true,
         meshes: true,
+        sphere_trees: true,
         spheres: true,
         planes: true,
         cuboids: true,

@@ -9,6 +9,7 @@ mod gpu;
 mod ground_truth;
 mod house;
 mod layout;
+mod motion;
 mod moving;
 mod pictures;
 mod present;

@@ -6,7 +6,7 @@ use orrery_engine::trace::gpu::{Kernel, Specialisation, shader_source};
 use crate::layout::all_features;
 
 /// Number of switches in [`Features`].
-const SWITCHES: u32 = 10;
+const SWITCHES: u32 = 11;
 
 /// The features whose bits are set.
 fn features(bits: u32) -> Features {
@@ -22,6 +22,7 @@ fn features(bits: u32) -> Features {
         spot_lights: bit(7),
         directional_lights: bit(8),
         fade: bit(9),
+        sphere_trees: bit(10),
     }
 }
 

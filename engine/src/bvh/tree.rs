@@ -93,8 +93,8 @@ impl Tree {
         self.levels[depth] as usize..self.levels[depth + 1] as usize
     }
 
-    /// The box around everything, grown; empty for no primitives.
-    pub fn bounds(&self) -> Aabb {
+    /// The box around everything in a tree of boxes, grown; empty for no primitives.
+    pub fn around(&self) -> Aabb {
         self.nodes
             .first()
             .map_or(Aabb::EMPTY, |root| root.extent().into())

@@ -1,7 +1,7 @@
 //! What a scene makes necessary. What is false here is not compiled, bound or traced.
 
 use super::{FrameScene, LightKind, Shape};
-use crate::world::Reflection;
+use crate::world::{Reflection, Structure};
 
 /// Which parts of a tracer this scene needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -14,6 +14,8 @@ pub struct Features {
     pub smooth_normals: bool,
     /// There are triangle meshes or polygons.
     pub meshes: bool,
+    /// Some mesh is traced with a tree of spheres.
+    pub sphere_trees: bool,
     /// There are spheres.
     pub spheres: bool,
     /// There are planes.
@@ -37,7 +39,9 @@ impl Features {
                 Shape::Vacant => continue,
                 Shape::Mesh(mesh) => {
                     needs.meshes = true;
-                    needs.smooth_normals |= !scene.meshes[mesh as usize].data.normals.is_empty();
+                    let row = &scene.meshes[mesh as usize];
+                    needs.smooth_normals |= !row.data.normals.is_empty();
+                    needs.sphere_trees |= matches!(row.structure, Structure::Spheres { .. });
                 }
                 Shape::Sphere { .. } => needs.spheres = true,
                 Shape::Plane { .. } => needs.planes = true,

@@ -27,6 +27,8 @@ pub const KIND_ELLIPSOID: u32 = 2;
 pub const KIND_CUBOID: u32 = 3;
 /// [`InstanceRow::kind`]: a plane in render space: `local_from_world[0]` is unit normal and n.p.
 pub const KIND_PLANE: u32 = 4;
+/// [`InstanceRow::root`]: the tree's nodes hold spheres, not boxes.
+pub const ROOT_OF_SPHERES: u32 = 1 << 31;
 /// [`MaterialRow::flags`]: reflection by Fresnel's formula; `reflection` is unused.
 pub const MATERIAL_FRESNEL: u32 = 1;
 /// [`MaterialRow::flags`]: reflects by the constant weight `reflection`.
@@ -117,7 +119,8 @@ pub struct InstanceRow {
     pub kind: u32,
     /// Row of materials.
     pub material: u32,
-    /// Meshes: root of the mesh's tree among the nodes. Child indices in a tree count from its root.
+    /// Meshes: root of the mesh's tree among the nodes, with [`ROOT_OF_SPHERES`]. Child indices in a tree count
+    /// from its root.
     pub root: u32,
     /// Meshes: first row of its triangles. Leaf ranges of the tree count from here.
     pub first_triangle: u32,

@@ -28,7 +28,7 @@ use self::instances::PackedInstances;
 use self::mesh::{Arenas, Place};
 use self::rows::{light_row, material_row, view_row};
 use super::PassTime;
-use crate::bvh::{Node4, TreeAction};
+use crate::bvh::{Node4, Rebuilder, TreeAction};
 use crate::frame::wire::{
     GENERATIONS_CAPACITY, InstanceRow, LightRow, MATERIAL_TRANSMITS, MaterialRow, NONE, ViewRow,
 };
@@ -64,6 +64,8 @@ pub struct PackedScene {
     instance_nodes: Place,
     /// Meshes built or refitted since the last pack.
     changed_meshes: Vec<u32>,
+    /// Builds new trees for worn ones off the frame.
+    rebuilder: Rebuilder,
     /// Versions of materials, meshes and lights that are packed.
     seen: [u64; 3],
     features: Features,
@@ -83,6 +85,16 @@ impl PackedScene {
     /// Builds the trees of meshes that are new or changed.
     pub fn refit(&mut self, scene: &FrameScene) {
         self.trees_updated = 0;
+        self.update_meshes(scene);
+        self.replace_worn_trees();
+        let mut rows = std::mem::take(&mut self.changed_meshes);
+        rows.sort_unstable();
+        rows.dedup();
+        self.trees_updated = rows.len() as u64;
+        self.changed_meshes = rows;
+    }
+
+    fn update_meshes(&mut self, scene: &FrameScene) {
         let changed: Vec<u32> = match scene.meshes.changes_since(self.seen[1]) {
             Changes::None => return,
             Changes::Rows(rows) => rows.to_vec(),
@@ -110,12 +122,36 @@ impl PackedScene {
         work.par_iter_mut().for_each(|(row, mesh)| {
             *mesh = PackedMesh::build(&scene.meshes[*row as usize], on_device);
         });
-        self.trees_updated = (self.changed_meshes.len() + work.len()) as u64;
         for (row, mut mesh) in work {
             let slot = &mut self.meshes[row as usize];
             mesh.settle_in(&mut self.arenas, std::mem::take(&mut slot.place));
             *slot = mesh;
             self.changed_meshes.push(row);
+        }
+    }
+
+    /// Takes the trees that were built off the frame, and asks for those that have become due. A tree that
+    /// comes is refitted to the vertices of now before anything is traced with it.
+    fn replace_worn_trees(&mut self) {
+        for rebuilt in self.rebuilder.poll() {
+            let row = rebuilt.key as u32;
+            let mesh = self.meshes.get_mut(row as usize);
+            if let (Some(mesh), Some(tree)) = (mesh, rebuilt.tree)
+                && tree.prims.len() == mesh.triangles.len()
+                && mesh.is_worn()
+            {
+                mesh.adopt(tree);
+                let place = std::mem::take(&mut mesh.place);
+                mesh.settle_in(&mut self.arenas, place);
+                self.changed_meshes.push(row);
+            }
+        }
+        for &row in &self.changed_meshes {
+            let mesh = &self.meshes[row as usize];
+            let key = u64::from(row);
+            if mesh.is_worn() && !self.rebuilder.is_pending(key) {
+                self.rebuilder.request(key, mesh.boxes(), mesh.benefit());
+            }
         }
     }
 

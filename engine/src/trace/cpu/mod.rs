@@ -2,6 +2,7 @@
 //!
 //! It reads the same rows as the GPU's kernel ([`PackedScene`]) and follows it file by file.
 
+mod enter;
 mod light;
 mod media;
 mod path;

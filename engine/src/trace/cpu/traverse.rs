@@ -4,11 +4,12 @@
 
 use glam::{Vec3, Vec4};
 
+use super::enter::{enter_boxes, enter_spheres};
 use crate::bvh::{Child, Node4, TRAVERSAL_CAPACITY};
-use crate::frame::wire::{InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, NONE};
-use crate::geom::{
-    FAR_WIDENING, Shear, SlabRay, intersect_cuboid, intersect_plane, intersect_sphere,
+use crate::frame::wire::{
+    InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, NONE, ROOT_OF_SPHERES,
 };
+use crate::geom::{Shear, SlabRay, intersect_cuboid, intersect_plane, intersect_sphere};
 use crate::trace::PackedScene;
 
 /// 2^-20: what a ray's origin errs by, of its size, in the space of the instance tree's boxes (one sum) or of
@@ -172,7 +173,8 @@ impl<const ANY: bool> Search<'_, ANY> {
         let origin = self.probe.origin + offset;
         let slack = (self.probe.origin.abs() + offset.abs()) * ORIGIN_SLACK;
         let slab = SlabRay::with_slack(origin, slack, self.probe.dir);
-        walk(nodes, &slab, self, stack, |search, stack, index, _| {
+        let enter = |node: &Node4, limits| enter_boxes(node, &slab, limits);
+        walk(nodes, enter, self, stack, |search, stack, index, _| {
             search.instance(index, stack)
         })
     }
@@ -223,9 +225,9 @@ impl<const ANY: bool> Search<'_, ANY> {
     ) -> bool {
         let mesh = self.scene.mesh(row);
         let nodes = mesh.nodes();
-        let (slab, shear) = (SlabRay::new(origin, dir), Shear::new(dir));
+        let shear = Shear::new(dir);
         let start = self.probe.start;
-        walk(nodes, &slab, self, stack, |search, _, first, count| {
+        let leaf = |search: &mut Self, _: &mut Stack, first, count| {
             for slot in first..first + count {
                 let triangle = &mesh.triangles[slot as usize];
                 let corners = mesh.corners(triangle);
@@ -243,18 +245,30 @@ impl<const ANY: bool> Search<'_, ANY> {
                 }
             }
             false
-        })
+        };
+        if row.root & ROOT_OF_SPHERES != 0 {
+            let enter = |node: &Node4, limits| enter_spheres(node, origin, dir, limits);
+            return walk(nodes, enter, self, stack, leaf);
+        }
+        let slab = SlabRay::new(origin, dir);
+        walk(
+            nodes,
+            |node, limits| enter_boxes(node, &slab, limits),
+            self,
+            stack,
+            leaf,
+        )
     }
 }
 
 /// Visits the leaves a ray may have a hit in, nearest box first; `leaf` gets first and count and says
 /// whether the search is over.
-fn walk<const ANY: bool>(
+fn walk<'s, const ANY: bool>(
     nodes: &[Node4],
-    slab: &SlabRay,
-    search: &mut Search<'_, ANY>,
+    enter: impl Fn(&Node4, (f32, f32)) -> (Vec4, u32),
+    search: &mut Search<'s, ANY>,
     stack: &mut Stack,
-    leaf: impl Fn(&mut Search<'_, ANY>, &mut Stack, u32, u32) -> bool,
+    leaf: impl Fn(&mut Search<'s, ANY>, &mut Stack, u32, u32) -> bool,
 ) -> bool {
     let base = stack.len;
     let mut next = Some(Child::Node(0).encode());
@@ -280,7 +294,9 @@ fn walk<const ANY: bool>(
             }
             Child::Node(node) => {
                 let limits = (search.probe.after.t, reach(search.best.key.t));
-                next = push_children(&nodes[node as usize], slab, limits, stack);
+                let node = &nodes[node as usize];
+                let (near, entered) = enter(node, limits);
+                next = push_children(node, near, entered, stack);
             }
         }
     };
@@ -295,30 +311,9 @@ fn reach(t: f32) -> f32 {
     t * (1.0 + 8.0 * f32::EPSILON)
 }
 
-/// Slab test of four children; the nearest is returned, the others go on the stack, farthest first.
+/// Pushes the children a ray enters at `near`, farthest first, but for the nearest, which is returned.
 #[inline]
-fn push_children(
-    node: &Node4,
-    slab: &SlabRay,
-    (from, to): (f32, f32),
-    stack: &mut Stack,
-) -> Option<u32> {
-    let axis = |min: &[f32; 4], max: &[f32; 4], axis: usize| {
-        let inverse = slab.inverse[axis];
-        let least = (Vec4::from(*min) - slab.from_least[axis]) * inverse;
-        let greatest = (Vec4::from(*max) - slab.from_greatest[axis]) * inverse;
-        if inverse > 0.0 {
-            (least, greatest)
-        } else {
-            (greatest, least)
-        }
-    };
-    let (near_x, far_x) = axis(&node.min_x, &node.max_x, 0);
-    let (near_y, far_y) = axis(&node.min_y, &node.max_y, 1);
-    let (near_z, far_z) = axis(&node.min_z, &node.max_z, 2);
-    let near = near_x.max(near_y).max(near_z.max(Vec4::splat(from)));
-    let far = far_x.min(far_y).min(far_z) * FAR_WIDENING;
-    let entered = near.cmple(far.min(Vec4::splat(to))).bitmask();
+fn push_children(node: &Node4, near: Vec4, entered: u32, stack: &mut Stack) -> Option<u32> {
     let base = stack.len;
     for (slot, &child) in node.children.iter().enumerate() {
         if entered & (1 << slot) != 0 && child != crate::bvh::CHILD_NONE {

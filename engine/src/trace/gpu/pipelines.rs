@@ -79,6 +79,7 @@ fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
         Kernel::Intersect => {
             let shapes = Features {
                 meshes: special.features.meshes,
+                sphere_trees: special.features.sphere_trees,
                 spheres: special.features.spheres,
                 planes: special.features.planes,
                 cuboids: special.features.cuboids,

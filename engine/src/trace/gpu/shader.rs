@@ -145,6 +145,7 @@ impl Specialisation {
             ("DEFERS", f.reflection && f.transmission),
             ("SMOOTH_NORMALS", f.smooth_normals),
             ("MESHES", f.meshes),
+            ("SPHERE_TREES", f.sphere_trees),
             ("SPHERES", f.spheres),
             ("PLANES", f.planes),
             ("CUBOIDS", f.cuboids),

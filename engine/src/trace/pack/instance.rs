@@ -182,7 +182,7 @@ fn mesh_row(world: &DAffine3, id: u32, mesh: &PackedMesh) -> Packed {
     }
     let recentre = DAffine3::from_translation(mesh.source.data.origin);
     let (mut row, placed, padded) = affine_row(KIND_MESH, world, &recentre, mesh.bounds);
-    row.root = mesh.place.nodes.start;
+    row.root = mesh.place.nodes.start | mesh.root_flag();
     row.first_triangle = mesh.place.triangles.start;
     row.first_vertex = mesh.place.vertices.start;
     row.first_normal = mesh.first_normal();

@@ -8,10 +8,13 @@ use glam::{Vec3, Vec3A};
 use super::arena::Arena;
 use super::deform::{Adjacency, deform_positions, vertex_normals};
 use super::reach::Reach;
-use crate::bvh::{Extent, Node4, Tree};
-use crate::frame::wire::{NONE, TriangleRow, VertexRow};
+use crate::bvh::{Bounds, Extent, Node4, Tree};
+use crate::frame::wire::{NONE, ROOT_OF_SPHERES, TriangleRow, VertexRow};
 use crate::geom::Aabb;
 use crate::world::{MeshData, MeshRow, Structure};
+
+/// A refitted tree that costs more than so many times what it did when new is replaced.
+const MOST_WEAR: f32 = 1.6;
 
 /// What a device's copy of a mesh lacks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
@@ -80,6 +83,9 @@ pub struct PackedMesh {
     pub place: Place,
     /// What a device lacks of it.
     pub stale: Stale,
+    /// What a ray is expected to visit in the tree, as it is and when it was new; see [`Tree::cost`].
+    cost: f32,
+    fresh_cost: f32,
     /// Deformed vertices, before they are rows.
     scratch: Vec<Vec3>,
     /// Of smooth meshes that were ever deformed.
@@ -106,13 +112,19 @@ impl PackedMesh {
             .iter()
             .map(|t| Aabb::of(t.map(corner)))
             .collect();
-        mesh.tree = Tree::build(&boxes);
+        mesh.tree = match source.structure {
+            Structure::Boxes4 => Tree::build(&boxes),
+            Structure::Boxes2 => Tree::build_binary(&boxes),
+            Structure::Spheres { leaf } => Tree::build_spheres(&boxes, leaf),
+            Structure::None => Tree::unculled(boxes.len() as u32),
+        };
         let triangle = |&prim: &u32| TriangleRow {
             corners: data.triangles[prim as usize],
             prim,
         };
         mesh.triangles = mesh.tree.prims.iter().map(triangle).collect();
-        mesh.bounds = mesh.tree.bounds();
+        mesh.bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b));
+        mesh.fresh_cost = mesh.tree.cost();
         mesh.stale = Stale::All;
         mesh.on_device = on_device;
         mesh.reach_out();
@@ -137,11 +149,7 @@ impl PackedMesh {
             return true;
         }
         self.fill_vertices();
-        let (vertices, triangles) = (&self.vertices, &self.triangles);
-        let corner = |i: u32| Vec3A::from_array(vertices[i as usize].vector);
-        self.tree
-            .refit(|place| Extent::of_triangle(triangles[place].corners.map(corner)));
-        self.bounds = self.tree.bounds();
+        self.refit();
         true
     }
 
@@ -161,6 +169,54 @@ impl PackedMesh {
         };
         self.bounds = self.reach.bounds(&self.source.data, deformation);
         true
+    }
+
+    /// Fits every box to the vertices.
+    fn refit(&mut self) {
+        let (vertices, triangles) = (&self.vertices, &self.triangles);
+        let corner = |i: u32| Vec3A::from_array(vertices[i as usize].vector);
+        let triangle_box =
+            |triangle: &TriangleRow| Extent::of_triangle(triangle.corners.map(corner));
+        self.cost = self.tree.refit(|place| triangle_box(&triangles[place]));
+        self.bounds = match self.tree.bounds {
+            Bounds::Boxes => self.tree.around(),
+            Bounds::Spheres | Bounds::Unbounded => {
+                let boxes = triangles.iter().map(triangle_box);
+                boxes.fold(Extent::EMPTY, Extent::union).into()
+            }
+        };
+    }
+
+    /// Whether the deformed tree has become so bad that a new one should be built off the frame.
+    pub fn is_worn(&self) -> bool {
+        self.source.structure == Structure::Boxes4 && self.cost > MOST_WEAR * self.fresh_cost
+    }
+
+    /// What a new tree would save each ray that meets the mesh.
+    pub fn benefit(&self) -> f64 {
+        f64::from(self.cost - self.fresh_cost)
+    }
+
+    /// Boxes of the triangles as they are, by their number.
+    pub fn boxes(&self) -> Vec<Aabb> {
+        let mut boxes = vec![Aabb::EMPTY; self.triangles.len()];
+        for triangle in &self.triangles {
+            boxes[triangle.prim as usize] = Aabb::of(self.corners(triangle));
+        }
+        boxes
+    }
+
+    /// Takes over a tree that was built for earlier boxes of the same triangles; its place is to be taken.
+    pub fn adopt(&mut self, tree: Tree) {
+        self.tree = tree;
+        let data = &self.source.data;
+        let triangle = |&prim: &u32| TriangleRow {
+            corners: data.triangles[prim as usize],
+            prim,
+        };
+        self.triangles = self.tree.prims.iter().map(triangle).collect();
+        self.refit();
+        self.fresh_cost = self.cost;
     }
 
     /// Positions and normals, deformed or at rest.
@@ -209,6 +265,14 @@ impl PackedMesh {
     #[cfg(test)]
     pub fn nodes_mut(&mut self) -> &mut [Node4] {
         &mut self.tree.nodes
+    }
+
+    /// What marks the root of a tree of spheres.
+    pub fn root_flag(&self) -> u32 {
+        match self.tree.bounds {
+            Bounds::Spheres => ROOT_OF_SPHERES,
+            Bounds::Boxes | Bounds::Unbounded => 0,
+        }
     }
 
     /// First row of the normals; [`NONE`]: flat.

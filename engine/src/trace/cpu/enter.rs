@@ -1,0 +1,54 @@
+//! A ray against the four boxes, or spheres, of a node: where it enters each, and which it enters at all.
+//!
+//! Twin of `shaders/shared/slab.wgsl`.
+
+use glam::{Vec3, Vec4};
+
+use crate::bvh::Node4;
+use crate::geom::{FAR_WIDENING, SlabRay};
+
+/// 2^-19: what the test of a sphere errs by, of the distance to its centre.
+const SPHERE_SLACK: f32 = 1.0 / 524_288.0;
+
+/// Distances and a bit mask of the boxes entered between `from` and `to`. Empty slots may be in it.
+#[inline]
+pub fn enter_boxes(node: &Node4, slab: &SlabRay, (from, to): (f32, f32)) -> (Vec4, u32) {
+    let axis = |min: &[f32; 4], max: &[f32; 4], axis: usize| {
+        let inverse = slab.inverse[axis];
+        let least = (Vec4::from(*min) - slab.from_least[axis]) * inverse;
+        let greatest = (Vec4::from(*max) - slab.from_greatest[axis]) * inverse;
+        if inverse > 0.0 {
+            (least, greatest)
+        } else {
+            (greatest, least)
+        }
+    };
+    let (near_x, far_x) = axis(&node.min_x, &node.max_x, 0);
+    let (near_y, far_y) = axis(&node.min_y, &node.max_y, 1);
+    let (near_z, far_z) = axis(&node.min_z, &node.max_z, 2);
+    let near = near_x.max(near_y).max(near_z.max(Vec4::splat(from)));
+    let far = far_x.min(far_y).min(far_z) * FAR_WIDENING;
+    (near, near.cmple(far.min(Vec4::splat(to))).bitmask())
+}
+
+/// The same of spheres: centre in `min_x`, `min_y`, `min_z`, radius in `max_x`.
+#[inline]
+pub fn enter_spheres(node: &Node4, origin: Vec3, dir: Vec3, (from, to): (f32, f32)) -> (Vec4, u32) {
+    let [x, y, z] = [
+        Vec4::splat(origin.x) - Vec4::from(node.min_x),
+        Vec4::splat(origin.y) - Vec4::from(node.min_y),
+        Vec4::splat(origin.z) - Vec4::from(node.min_z),
+    ];
+    let a = dir.length_squared().max(1e-30);
+    let middle = (x * dir.x + y * dir.y + z * dir.z) / -a;
+    let rest = [x + middle * dir.x, y + middle * dir.y, z + middle * dir.z];
+    let root = |v: Vec4| Vec4::from(v.to_array().map(f32::sqrt));
+    let slack = root(x * x + y * y + z * z) * SPHERE_SLACK;
+    let radius = Vec4::from(node.max_x) + slack;
+    let inside = radius * radius - rest.into_iter().map(|r| r * r).sum::<Vec4>();
+    let half = (root(inside.max(Vec4::ZERO)) + slack) / a.sqrt();
+    let near = (middle - half).max(Vec4::splat(from));
+    let entered = near.cmple((middle + half).min(Vec4::splat(to)));
+    let entered = entered.bitmask() & inside.cmpge(Vec4::ZERO).bitmask();
+    (near, entered)
+}

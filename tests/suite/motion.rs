@@ -1,0 +1,269 @@
+//! Trees and rows that follow change: no answer depends on the frames before, and nothing is done for nothing.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, DQuat, DVec3, UVec2, Vec3};
+use orrery_engine::Engine;
+use orrery_engine::frame::{FrameScene, LightKind, Shape, TraceSettings};
+use orrery_engine::trace::cpu::CpuTracer;
+use orrery_engine::trace::{ActiveTracer, Backend, BackendChoice, Counters, Query, Ray, Tracer};
+use orrery_engine::trace::{Hit, open_tracer};
+use orrery_engine::world::{
+    Camera, DeformStep, Deformation, MeshRow, PointLight, Sphere, Structure, Transform,
+};
+use orrery_tests::random_scene::{Random, random_scene};
+use orrery_tests::tracers::picture;
+
+const SIZE: UVec2 = UVec2::new(72, 54);
+
+fn settings() -> TraceSettings {
+    TraceSettings {
+        size: SIZE,
+        ..Default::default()
+    }
+}
+
+fn rays(random: &mut Random, count: usize) -> Vec<Ray> {
+    (0..count)
+        .map(|_| Ray {
+            origin: (random.cube() * 5.0).as_vec3(),
+            dir: random.direction().as_vec3(),
+            t_min: 0.0,
+            t_max: f32::MAX,
+        })
+        .collect()
+}
+
+fn answers(tracer: &mut CpuTracer, scene: &FrameScene, rays: &[Ray]) -> Vec<Hit> {
+    tracer.refit(scene).expect("refits");
+    tracer.upload(scene, &settings()).expect("uploads");
+    tracer.intersect(rays, Query::Closest).expect("answers")
+}
+
+/// A wave through all deforming meshes; phase is the frame.
+fn deform(scene: &mut FrameScene, frame: u32) {
+    for index in 0..scene.meshes.len() as u32 {
+        let step = DeformStep::Wave {
+            wave: DVec3::new(3.0, 1.0, 2.0 + f64::from(index)),
+            amplitude: DVec3::new(0.3, 0.2, 0.1) * f64::from(frame % 7),
+            phase: f64::from(frame) * 0.7,
+        };
+        let row = MeshRow {
+            deformation: Some(Arc::new(Deformation { steps: vec![step] })),
+            ..scene.meshes[index as usize].clone()
+        };
+        scene.meshes.replace(index, row);
+    }
+}
+
+/// Moves, hides, shows, changes and adds a few things, and the eye.
+fn change(scene: &mut FrameScene, random: &mut Random, frame: u32) {
+    for _ in 0..random.below(12) {
+        let index = random.below(scene.instances.len()) as u32;
+        let mut row = scene.instances[index as usize];
+        match random.below(5) {
+            0 => row.shape = Shape::Vacant,
+            1 => row.shape = Shape::Sphere { radius: 0.4 },
+            2 => row.shape = Shape::Mesh(random.below(2) as u32),
+            3 => row.material = random.below(scene.materials.len()) as u32,
+            _ => {
+                let turn = DQuat::from_axis_angle(random.direction(), random.range(0.0, 6.0));
+                let scale = DVec3::splat(random.range(0.2, 0.8));
+                let place = random.cube() * 3.0;
+                row.world_from_local =
+                    DAffine3::from_scale_rotation_translation(scale, turn, place);
+            }
+        }
+        if random.below(10) == 0 {
+            scene.instances.push(row);
+        } else {
+            scene.instances.set(index, row);
+        }
+    }
+    if frame % 3 == 0 {
+        deform(scene, frame);
+    }
+    // Steps within the anchor's reach, and now and then far beyond it.
+    let step = if frame % 11 == 0 { 40.0 } else { 0.5 };
+    if frame % 2 == 0 {
+        scene.view.origin = DVec3::new(0.0, 1.0, 9.0) + random.cube() * step;
+    }
+    scene.features = orrery_engine::frame::Features::of(scene);
+}
+
+#[test]
+fn no_answer_depends_on_the_frames_before() {
+    for seed in 0..3 {
+        let mut random = Random::new(seed);
+        let mut scene = random_scene(seed, 60);
+        let mut walked = CpuTracer::new();
+        for frame in 0..60 {
+            change(&mut scene, &mut random, frame);
+            let rays = rays(&mut random, 400);
+            let through_history = answers(&mut walked, &scene, &rays);
+            let afresh = answers(&mut CpuTracer::new(), &scene.clone(), &rays);
+            assert_eq!(through_history, afresh, "seed {seed}, frame {frame}");
+        }
+        let settings = settings();
+        let a = picture(&mut walked, &scene, &settings).expect("a picture");
+        let b = picture(&mut CpuTracer::new(), &scene, &settings).expect("a picture");
+        assert!(a == b, "seed {seed}: the pictures differ");
+    }
+}
+
+#[test]
+fn every_structure_gives_the_same_answers() {
+    let scene = random_scene(11, 50);
+    let rays = rays(&mut Random::new(4), 20_000);
+    let expected = answers(&mut CpuTracer::new(), &scene, &rays);
+    let hits = expected.iter().filter(|hit| hit.instance != u32::MAX);
+    assert!(hits.count() > 5_000);
+    let (mut gpu, _) =
+        open_tracer(BackendChoice::Backend(Backend::Gpu), None, None).expect("a GPU");
+    for structure in [
+        Structure::Boxes2,
+        Structure::Spheres { leaf: 1 },
+        Structure::Spheres { leaf: 8 },
+        Structure::None,
+    ] {
+        let mut other = scene.clone();
+        for deformed in [false, true] {
+            if deformed {
+                deform(&mut other, 3);
+            }
+            for index in 0..other.meshes.len() as u32 {
+                let row = MeshRow {
+                    structure,
+                    ..other.meshes[index as usize].clone()
+                };
+                other.meshes.replace(index, row);
+            }
+            other.features = orrery_engine::frame::Features::of(&other);
+            let mut plain = other.clone();
+            for index in 0..plain.meshes.len() as u32 {
+                let row = MeshRow {
+                    structure: Structure::Boxes4,
+                    ..plain.meshes[index as usize].clone()
+                };
+                plain.meshes.replace(index, row);
+            }
+            let expected = answers(&mut CpuTracer::new(), &plain, &rays);
+            let found = answers(&mut CpuTracer::new(), &other, &rays);
+            assert_eq!(found, expected, "{structure:?}, deformed: {deformed}");
+            gpu.refit(&other).expect("refits");
+            gpu.upload(&other, &settings()).expect("uploads");
+            let on_gpu = gpu.intersect(&rays, Query::Closest).expect("answers");
+            let id = |hit: &Hit| (hit.instance, hit.prim);
+            let pairs = on_gpu.iter().zip(&expected);
+            let differ = pairs.filter(|(a, b)| id(a) != id(b)).count();
+            assert!(differ <= 4, "{structure:?} on the GPU: {differ} differ");
+        }
+    }
+}
+
+/// A world of so many spheres, some of them glass, and its frame.
+fn world(count: u32, backend: Backend) -> Engine {
+    let mut engine = Engine::new();
+    let (tracer, _) = open_tracer(BackendChoice::Backend(backend), None, None).expect("a tracer");
+    engine.world.resource_mut::<ActiveTracer>().0 = Some(tracer);
+    *engine.world.resource_mut::<TraceSettings>() = settings();
+    let at = |x: f64, z: f64| Transform::from_translation(DVec3::new(x, 0.0, z));
+    engine.world.spawn((Camera::default(), at(0.0, 9.0)));
+    engine.world.spawn((PointLight::default(), at(3.0, 9.0)));
+    for i in 0..count {
+        let place = at(f64::from(i % 100) * 0.3 - 15.0, -f64::from(i / 100) * 0.3);
+        engine.world.spawn((Sphere { radius: 0.1 }, place));
+    }
+    engine
+}
+
+fn counters(engine: &Engine) -> Counters {
+    let tracer = &engine.world.resource::<ActiveTracer>().0;
+    tracer.as_ref().expect("a tracer").counters()
+}
+
+#[test]
+fn where_nothing_changes_nothing_is_done() {
+    for backend in [Backend::Cpu, Backend::Gpu] {
+        let mut engine = world(2_000, backend);
+        for _ in 0..3 {
+            engine.frame();
+            // Its report comes back with it.
+            let tracer = &mut engine.world.resource_mut::<ActiveTracer>().0;
+            tracer.as_mut().expect("a tracer").picture().expect("one");
+        }
+        for frame in 0..5 {
+            engine.frame();
+            assert_eq!(counters(&engine), Counters::default(), "{backend}, {frame}");
+        }
+        let mut spheres = engine.world.query::<(&Sphere, &mut Transform)>();
+        let moved = spheres.iter_mut(&mut engine.world).nth(700);
+        moved.expect("there are more").1.translation.y += 0.01;
+        engine.frame();
+        let one = counters(&engine);
+        assert_eq!(one.trees_updated, 1, "{backend}");
+        if backend == Backend::Gpu {
+            assert!(
+                (128..4096).contains(&one.bytes_uploaded),
+                "{} bytes for one of 2,000",
+                one.bytes_uploaded
+            );
+        }
+    }
+}
+
+#[test]
+fn a_camera_that_moves_touches_no_tree() {
+    let mut engine = world(2_000, Backend::Cpu);
+    engine.frame();
+    for step in 1..20 {
+        let mut cameras = engine.world.query::<(&Camera, &mut Transform)>();
+        let (_, mut pose) = cameras.single_mut(&mut engine.world).expect("a camera");
+        pose.translation.x += 0.05 * f64::from(step);
+        engine.frame();
+        let counters = counters(&engine);
+        assert_eq!(counters.trees_updated, 0, "step {step}");
+        assert!(counters.primary_rays > 0, "step {step}");
+    }
+}
+
+#[test]
+fn a_scene_shifted_far_away_gives_the_same_bits() {
+    let near = random_scene(3, 40);
+    for shift in [
+        DVec3::new(1e4, -2e4, 3e4),
+        DVec3::new(1e6, -2e6, 3e6),
+        DVec3::new(-1e7, 1e7, 2e7),
+    ] {
+        // Rounded to what survives the shift, so that it is exact.
+        let snap = |v: &mut DVec3| *v = (*v + shift) - shift;
+        let mut base = near.clone();
+        snap(&mut base.view.origin);
+        base.lights.edit(|light| {
+            if let LightKind::Point { position } = &mut light.kind {
+                snap(position);
+            }
+        });
+        base.instances
+            .edit(|row| snap(&mut row.world_from_local.translation));
+        let mut far = base.clone();
+        far.view.origin += shift;
+        far.lights.edit(|light| {
+            if let LightKind::Point { position } = &mut light.kind {
+                *position += shift;
+            }
+        });
+        far.instances.edit(|row| {
+            // A plane's equation counts from its own position, which moves along.
+            row.world_from_local.translation += shift;
+        });
+        let settings = settings();
+        let a = picture(&mut CpuTracer::new(), &base, &settings).expect("a picture");
+        let b = picture(&mut CpuTracer::new(), &far, &settings).expect("a picture");
+        assert!(a == b, "shifted by {shift} the picture differs");
+        assert!(
+            a.pixels.iter().any(|p| *p != Vec3::new(0.2, 0.3, 0.4)),
+            "nothing in view"
+        );
+    }
+}
