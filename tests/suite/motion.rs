@@ -80,12 +80,12 @@ fn change(scene: &mut FrameScene, random: &mut Random, frame: u32) {
             scene.instances.set(index, row);
         }
     }
-    if frame % 3 == 0 {
+    if frame.is_multiple_of(3) {
         deform(scene, frame);
     }
     // Steps within the anchor's reach, and now and then far beyond it.
-    let step = if frame % 11 == 0 { 40.0 } else { 0.5 };
-    if frame % 2 == 0 {
+    let step = if frame.is_multiple_of(11) { 40.0 } else { 0.5 };
+    if frame.is_multiple_of(2) {
         scene.view.origin = DVec3::new(0.0, 1.0, 9.0) + random.cube() * step;
     }
     scene.features = orrery_engine::frame::Features::of(scene);

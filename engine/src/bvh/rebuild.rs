@@ -43,7 +43,7 @@ struct State {
 
 struct Request {
     key: u64,
-    boxes: Vec<Aabb>,
+    boxes: Box<dyn FnOnce() -> Vec<Aabb> + Send>,
     benefit: f64,
 }
 
@@ -70,16 +70,22 @@ impl Rebuilder {
         }
     }
 
-    /// Asks for a tree over these boxes. Of several requests under one key only the last is answered.
+    /// Asks for a tree over these boxes, which the thread finds out, too. Of several requests under one key
+    /// only the last is answered.
     ///
     /// `benefit` is what a frame would save, in any unit that all requests share; not a number counts as none.
-    pub fn request(&mut self, key: u64, boxes: Vec<Aabb>, benefit: f64) {
+    pub fn request(
+        &mut self,
+        key: u64,
+        boxes: impl FnOnce() -> Vec<Aabb> + Send + 'static,
+        benefit: f64,
+    ) {
         let mut state = self.shared.lock();
         state.forget(key);
         let benefit = if benefit.is_nan() { 0.0 } else { benefit };
         state.waiting.push(Request {
             key,
-            boxes,
+            boxes: Box::new(boxes),
             benefit,
         });
         drop(state);
@@ -160,13 +166,13 @@ impl Shared {
                 }
             }
         };
-        state.current = Some(request.key);
+        let key = request.key;
+        state.current = Some(key);
         drop(state);
-        let tree = catch_unwind(AssertUnwindSafe(|| build(&request.boxes))).ok();
+        let tree = catch_unwind(AssertUnwindSafe(|| build(&(request.boxes)()))).ok();
         let mut state = self.lock();
         // Otherwise it was asked for anew, or taken back.
-        if state.current.take_if(|key| *key == request.key).is_some() {
-            let key = request.key;
+        if state.current.take_if(|current| *current == key).is_some() {
             state.done.push(Rebuilt { key, tree });
         }
         true
@@ -211,7 +217,7 @@ mod tests {
     #[test]
     fn a_tree_comes_back_that_is_one_over_the_boxes() {
         let mut rebuilder = Rebuilder::default();
-        rebuilder.request(7, boxes(100), 1.0);
+        rebuilder.request(7, || boxes(100), 1.0);
         let rebuilt = wait_for(&mut rebuilder, 1).remove(0);
         assert_eq!(rebuilt.key, 7);
         rebuilt.tree.unwrap().validate(&boxes(100)).unwrap();
@@ -221,12 +227,12 @@ mod tests {
     #[test]
     fn the_greatest_benefit_comes_first_and_the_newest_boxes_count() {
         let (mut rebuilder, open, begun) = gated();
-        rebuilder.request(1, boxes(1), 1.0);
+        rebuilder.request(1, || boxes(1), 1.0);
         assert_eq!(begun.recv(), Ok(1));
-        rebuilder.request(2, boxes(2), 1.0);
-        rebuilder.request(3, boxes(3), f64::NAN);
-        rebuilder.request(4, boxes(4), 9.0);
-        rebuilder.request(2, boxes(22), 2.0);
+        rebuilder.request(2, || boxes(2), 1.0);
+        rebuilder.request(3, || boxes(3), f64::NAN);
+        rebuilder.request(4, || boxes(4), 9.0);
+        rebuilder.request(2, || boxes(22), 2.0);
         (0..4).for_each(|_| open.send(()).unwrap());
         let keys: Vec<u64> = wait_for(&mut rebuilder, 4).iter().map(|r| r.key).collect();
         assert_eq!(keys, [1, 4, 2, 3]);
@@ -236,14 +242,14 @@ mod tests {
     #[test]
     fn what_was_asked_for_anew_or_taken_back_while_building_does_not_come() {
         let (mut rebuilder, open, begun) = gated();
-        rebuilder.request(1, boxes(1), 1.0);
+        rebuilder.request(1, || boxes(1), 1.0);
         assert_eq!(begun.recv(), Ok(1));
-        rebuilder.request(1, boxes(5), 1.0);
+        rebuilder.request(1, || boxes(5), 1.0);
         open.send(()).unwrap();
         assert_eq!(begun.recv(), Ok(5));
         assert!(rebuilder.poll().is_empty());
         rebuilder.cancel(1);
-        rebuilder.request(2, boxes(2), 1.0);
+        rebuilder.request(2, || boxes(2), 1.0);
         (0..2).for_each(|_| open.send(()).unwrap());
         let keys: Vec<u64> = wait_for(&mut rebuilder, 1).iter().map(|r| r.key).collect();
         assert_eq!(keys, [2]);
@@ -256,9 +262,9 @@ mod tests {
             _ => Tree::build(boxes),
         };
         let mut rebuilder = Rebuilder::with(build);
-        rebuilder.request(1, boxes(3), 1.0);
+        rebuilder.request(1, || boxes(3), 1.0);
         assert!(wait_for(&mut rebuilder, 1)[0].tree.is_none());
-        rebuilder.request(1, boxes(4), 1.0);
+        rebuilder.request(1, || boxes(4), 1.0);
         assert!(wait_for(&mut rebuilder, 1)[0].tree.is_some());
     }
 
@@ -266,7 +272,7 @@ mod tests {
     fn dropping_it_ends_the_thread() {
         let (rebuilder, build) = {
             let mut rebuilder = Rebuilder::default();
-            rebuilder.request(1, boxes(1), 1.0);
+            rebuilder.request(1, || boxes(1), 1.0);
             wait_for(&mut rebuilder, 1);
             let build = Arc::downgrade(&rebuilder.build);
             (rebuilder, build)

@@ -150,7 +150,8 @@ impl PackedScene {
             let mesh = &self.meshes[row as usize];
             let key = u64::from(row);
             if mesh.is_worn() && !self.rebuilder.is_pending(key) {
-                self.rebuilder.request(key, mesh.boxes(), mesh.benefit());
+                let (boxes, benefit) = (mesh.boxes_elsewhere(), mesh.benefit());
+                self.rebuilder.request(key, boxes, benefit);
             }
         }
     }

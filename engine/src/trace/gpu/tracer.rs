@@ -138,6 +138,11 @@ impl GpuTracer {
     fn update_trees(&mut self) -> Result<u64, TraceError> {
         if let Some(report) = self.trees.collect() {
             self.tree_millis = report.millis;
+            for (row, cost) in report.costs {
+                if let Some(mesh) = self.packed.meshes.get_mut(row as usize) {
+                    mesh.note_cost(cost);
+                }
+            }
         }
         let mut plan = Plan::default();
         let rows = self.on_device.take_undeformed();

@@ -11,7 +11,7 @@ use super::reach::Reach;
 use crate::bvh::{Bounds, Extent, Node4, Tree};
 use crate::frame::wire::{NONE, ROOT_OF_SPHERES, TriangleRow, VertexRow};
 use crate::geom::Aabb;
-use crate::world::{MeshData, MeshRow, Structure};
+use crate::world::{Deformation, MeshData, MeshRow, Structure};
 
 /// A refitted tree that costs more than so many times what it did when new is replaced.
 const MOST_WEAR: f32 = 1.6;
@@ -86,6 +86,8 @@ pub struct PackedMesh {
     /// What a ray is expected to visit in the tree, as it is and when it was new; see [`Tree::cost`].
     cost: f32,
     fresh_cost: f32,
+    /// A device is to say what a tree costs that is new.
+    awaits_cost: bool,
     /// Deformed vertices, before they are rows.
     scratch: Vec<Vec3>,
     /// Of smooth meshes that were ever deformed.
@@ -197,13 +199,29 @@ impl PackedMesh {
         f64::from(self.cost - self.fresh_cost)
     }
 
-    /// Boxes of the triangles as they are, by their number.
-    pub fn boxes(&self) -> Vec<Aabb> {
-        let mut boxes = vec![Aabb::EMPTY; self.triangles.len()];
-        for triangle in &self.triangles {
-            boxes[triangle.prim as usize] = Aabb::of(self.corners(triangle));
+    /// Finds the boxes of the triangles as they are deformed now, by their number, on whatever thread.
+    pub fn boxes_elsewhere(&self) -> impl FnOnce() -> Vec<Aabb> + Send + 'static {
+        let row = self.source.clone();
+        move || {
+            let mut positions = Vec::new();
+            let rest = Deformation::default();
+            let deformation = row.deformation.as_deref().unwrap_or(&rest);
+            deform_positions(&row.data, deformation, &mut positions);
+            let corner = |i: u32| positions[i as usize];
+            let triangles = row.data.triangles.iter();
+            triangles.map(|t| Aabb::of(t.map(corner))).collect()
         }
-        boxes
+    }
+
+    /// What a device found the tree's cost to be.
+    pub fn note_cost(&mut self, cost: f32) {
+        if self.is_left_to_device {
+            self.cost = cost;
+            if self.awaits_cost {
+                self.fresh_cost = cost;
+                self.awaits_cost = false;
+            }
+        }
     }
 
     /// Takes over a tree that was built for earlier boxes of the same triangles; its place is to be taken.
@@ -215,8 +233,13 @@ impl PackedMesh {
             prim,
         };
         self.triangles = self.tree.prims.iter().map(triangle).collect();
-        self.refit();
-        self.fresh_cost = self.cost;
+        if self.is_left_to_device {
+            self.awaits_cost = true;
+            self.cost = self.fresh_cost;
+        } else {
+            self.refit();
+            self.fresh_cost = self.cost;
+        }
     }
 
     /// Positions and normals, deformed or at rest.
