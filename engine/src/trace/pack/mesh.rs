@@ -16,6 +16,9 @@ use crate::world::{Deformation, MeshData, MeshRow, Structure};
 /// A refitted tree that costs more than so many times what it did when new is replaced.
 const MOST_WEAR: f32 = 1.6;
 
+/// Costs that may still come from a device after a tree was replaced, and the new one's first.
+const REPORTS_UNDER_WAY: u32 = 5;
+
 /// What a device's copy of a mesh lacks.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Stale {
@@ -86,8 +89,8 @@ pub struct PackedMesh {
     /// What a ray is expected to visit in the tree, as it is and when it was new; see [`Tree::cost`].
     cost: f32,
     fresh_cost: f32,
-    /// A device is to say what a tree costs that is new.
-    awaits_cost: bool,
+    /// Costs still to come from a device that are of the tree before, but for the last.
+    stale_reports: u32,
     /// Deformed vertices, before they are rows.
     scratch: Vec<Vec3>,
     /// Of smooth meshes that were ever deformed.
@@ -215,11 +218,11 @@ impl PackedMesh {
 
     /// What a device found the tree's cost to be.
     pub fn note_cost(&mut self, cost: f32) {
-        if self.is_left_to_device {
+        if self.is_left_to_device() {
             self.cost = cost;
-            if self.awaits_cost {
+            if self.stale_reports > 0 {
+                self.stale_reports -= 1;
                 self.fresh_cost = cost;
-                self.awaits_cost = false;
             }
         }
     }
@@ -233,8 +236,8 @@ impl PackedMesh {
             prim,
         };
         self.triangles = self.tree.prims.iter().map(triangle).collect();
-        if self.is_left_to_device {
-            self.awaits_cost = true;
+        if self.is_left_to_device() {
+            self.stale_reports = REPORTS_UNDER_WAY;
             self.cost = self.fresh_cost;
         } else {
             self.refit();
