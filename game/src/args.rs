@@ -50,6 +50,7 @@ Examples:
   orrery render demo --frames 30 --out f30.exr   one picture, linear light, 32-bit float
   orrery bench frame --backend cpu               how long a frame of the demo takes
   orrery bench motion                            what it costs that things move, up to 100,000 of them
+  orrery bench structures                        the 2008 report's bounding spheres beside boxes
   orrery check my_scene.ron                      every problem of a scene file with its place
 
 Exit codes: 0 done, 1 the input is bad, 2 usage, 3 no usable device.";

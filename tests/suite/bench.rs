@@ -93,6 +93,53 @@ fn motion_has_its_rows_and_proofs() {
 }
 
 #[test]
+fn structures_have_their_rows_and_one_picture() {
+    let folder = folder("bench_structures");
+    let report = report("structures", &folder, &["--repeat", "20"]);
+    expect_proofs(&report, &["wrong", "invalid"]);
+    let all = &["none", "spheres", "boxes2", "boxes4"][..];
+    for (scene, structures) in [
+        ("polygons_35", all),
+        ("small_hills", all),
+        ("hills", &all[1..]),
+    ] {
+        for structure in structures {
+            for what in ["build", "refit", "nodes", "triangles", "cpu.frame"] {
+                let name = format!("{scene}.{structure}.{what}");
+                assert!(value(&report, &name) >= 0.0, "{name}");
+            }
+        }
+    }
+    let of = |structure: &str, what| value(&report, &format!("small_hills.{structure}.{what}"));
+    assert!(
+        of("boxes4", "nodes") < of("boxes2", "nodes"),
+        "wider nodes are fewer"
+    );
+    assert!(
+        of("boxes2", "nodes") < of("spheres", "nodes"),
+        "boxes cull more"
+    );
+    assert!(
+        of("none", "triangles") > 20.0 * of("spheres", "triangles"),
+        "trees cull"
+    );
+}
+
+#[test]
+fn options_that_a_benchmark_does_not_know_are_usage() {
+    expect(
+        &["bench", "frame", "--rival", "x"],
+        2,
+        &["--rival", "motion"],
+    );
+    expect(
+        &["bench", "structures", "--dump", "x"],
+        2,
+        &["--dump", "motion"],
+    );
+}
+
+#[test]
 fn a_rival_that_is_none_is_bad_input() {
     let rival = folder("bench_rival").join("no_such_program");
     let rival = rival.display().to_string();

@@ -58,7 +58,7 @@ fn help_teaches_by_examples() {
         0,
         &["--frames", "--resume", "bit for bit"],
     );
-    expect(&["bench", "--list"], 0, &["frame", "motion"]);
+    expect(&["bench", "--list"], 0, &["frame", "motion", "structures"]);
 }
 
 #[test]
@@ -76,7 +76,11 @@ fn wrong_words_are_usage() {
         &["####"],
     );
     expect(&["render", "demo", "--depth", "0"], 2, &["1..=64"]);
-    expect(&["bench", "nonsense"], 2, &["frame", "motion"]);
+    expect(
+        &["bench", "nonsense"],
+        2,
+        &["frame", "motion", "structures"],
+    );
     let all = format!("0..{}", u64::MAX);
     expect(&["render", "demo", "--frames", &all], 2, &["too many"]);
     let last = u64::MAX.to_string();

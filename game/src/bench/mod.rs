@@ -11,6 +11,7 @@ mod hills;
 mod motion;
 mod rays;
 mod report;
+mod structures;
 mod timing;
 mod walk;
 mod work;
@@ -26,23 +27,39 @@ struct Benchmark {
     name: &'static str,
     about: &'static str,
     run: fn(&BenchRequest, &Common) -> Result<Report, Failure>,
-    /// Measures a scene, whose work `--dump` then writes.
-    of_scene: bool,
+    dumps: Dumps,
+}
+
+/// What `--dump` writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Dumps {
+    /// The work of the scene that was measured.
+    Scene,
+    /// The benchmark's own work, which `--rival` is timed on.
+    Own,
+    /// Nothing.
+    Nothing,
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 2] = [
+const ALL: [Benchmark; 3] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
         run: frame::run,
-        of_scene: true,
+        dumps: Dumps::Scene,
     },
     Benchmark {
         name: "motion",
         about: "what change costs: nothing, one of many, the camera, everything, deformed meshes; rivals' trees",
         run: motion::run,
-        of_scene: false,
+        dumps: Dumps::Own,
+    },
+    Benchmark {
+        name: "structures",
+        about: "the report's trees of spheres beside no structure and boxes: build, refit, nodes a ray, frame time",
+        run: structures::run,
+        dumps: Dumps::Nothing,
     },
 ];
 
@@ -70,12 +87,23 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<(), Failure> {
             u64::MAX - request.repeat
         )));
     }
+    let (name, dumps) = (benchmark.name, benchmark.dumps);
+    if !request.rival.is_empty() && dumps != Dumps::Own {
+        return Err(Failure::Usage(format!(
+            "--rival is for `bench motion`; `{name}` has no work for one"
+        )));
+    }
+    if request.dump.is_some() && dumps == Dumps::Nothing {
+        return Err(Failure::Usage(format!(
+            "--dump is for `bench frame` and `bench motion`; `{name}` writes none"
+        )));
+    }
     let report = (benchmark.run)(request, common)?;
     report.print();
     if let Some(path) = &request.json {
         report.write_json(path)?;
     }
-    if let (Some(folder), true) = (&request.dump, benchmark.of_scene) {
+    if let (Some(folder), Dumps::Scene) = (&request.dump, dumps) {
         dump::run(folder, request, common)?;
     }
     Ok(())

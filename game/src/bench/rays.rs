@@ -66,7 +66,7 @@ pub fn trace(
 }
 
 /// One ray through every pixel's centre, in rows from the top.
-fn primary_rays(view: &View, size: UVec2) -> Vec<Ray> {
+pub fn primary_rays(view: &View, size: UVec2) -> Vec<Ray> {
     let pixels = (0..size.y).flat_map(|y| (0..size.x).map(move |x| (x, y)));
     pixels
         .map(|(x, y)| {

@@ -4,9 +4,10 @@
 //! differs is the trees'.
 
 use glam::{Vec3, Vec4};
-use orrery_engine::bvh::{CHILD_NONE, Child, Node4};
-use orrery_engine::geom::{FAR_WIDENING, SlabRay};
+use orrery_engine::bvh::{Bounds, CHILD_NONE, Child, Node4};
+use orrery_engine::geom::SlabRay;
 use orrery_engine::trace::Ray;
+use orrery_engine::trace::cpu::{enter_boxes, enter_spheres};
 
 /// Keeps its stack from ray to ray, and counts.
 #[derive(Debug, Default)]
@@ -17,11 +18,12 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// Calls `leaf` with first and count of every leaf whose box the ray enters before `reach`; `leaf`
+    /// Calls `leaf` with first and count of every leaf whose bounds the ray enters before `reach`; `leaf`
     /// returns the new reach.
     pub fn walk(
         &mut self,
         nodes: &[Node4],
+        bounds: Bounds,
         ray: &Ray,
         mut reach: f32,
         mut leaf: impl FnMut(u32, u32, f32) -> f32,
@@ -41,30 +43,23 @@ impl Walker {
                 Child::Leaf { first, count } => reach = leaf(first, count, reach),
                 Child::Node(node) => {
                     self.nodes += 1;
-                    self.push_children(&nodes[node as usize], &slab, widened(reach));
+                    let (node, range) = (&nodes[node as usize], (0.0, widened(reach)));
+                    let entered = match bounds {
+                        Bounds::Boxes | Bounds::Unbounded => enter_boxes(node, &slab, range),
+                        Bounds::Spheres => enter_spheres(node, ray.origin, ray.dir, range),
+                    };
+                    self.push_children(node, entered);
                 }
             }
         }
     }
 
-    /// Slab test of four children; those entered go on the stack, farthest first.
+    /// Those children that the ray enters go on the stack, farthest first.
     #[inline]
-    fn push_children(&mut self, node: &Node4, slab: &SlabRay, reach: f32) {
-        let axis = |min: &[f32; 4], max: &[f32; 4], axis: usize| {
-            let inverse = slab.inverse[axis];
-            let least = (Vec4::from(*min) - slab.from_least[axis]) * inverse;
-            let greatest = (Vec4::from(*max) - slab.from_greatest[axis]) * inverse;
-            (least.min(greatest), least.max(greatest))
-        };
-        let (near_x, far_x) = axis(&node.min_x, &node.max_x, 0);
-        let (near_y, far_y) = axis(&node.min_y, &node.max_y, 1);
-        let (near_z, far_z) = axis(&node.min_z, &node.max_z, 2);
-        let near = near_x.max(near_y).max(near_z.max(Vec4::ZERO));
-        let far = far_x.min(far_y).min(far_z) * FAR_WIDENING;
+    fn push_children(&mut self, node: &Node4, (near, entered): (Vec4, u32)) {
         let base = self.stack.len();
-        for slot in 0..4 {
-            let child = node.children[slot];
-            if child != CHILD_NONE && near[slot] <= far[slot].min(reach) {
+        for (slot, &child) in node.children.iter().enumerate() {
+            if entered & (1 << slot) != 0 && child != CHILD_NONE {
                 let place = self.stack[base..].partition_point(|entry| entry.1 >= near[slot]);
                 self.stack.insert(base + place, (child, near[slot]));
             }

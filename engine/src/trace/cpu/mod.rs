@@ -9,6 +9,8 @@ mod path;
 mod surface;
 mod traverse;
 
+pub use self::enter::{enter_boxes, enter_spheres};
+
 use std::time::Instant;
 
 use glam::Vec3;

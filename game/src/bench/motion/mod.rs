@@ -5,6 +5,7 @@
 
 mod change;
 mod deformed;
+mod device;
 mod packing;
 mod rival;
 mod scenes;
@@ -29,6 +30,10 @@ struct Sizes {
     trees: &'static [usize],
     /// Triangles of meshes that deform on the host.
     meshes: &'static [usize],
+    /// Triangles of the mesh that deforms on a device.
+    device_mesh: usize,
+    /// Things in instance trees on a device.
+    device_trees: &'static [usize],
     /// Rays of a sample.
     rays: usize,
 }
@@ -38,6 +43,8 @@ const FULL: Sizes = Sizes {
     packed: &[10_000, 100_000],
     trees: &[1000, 10_000, 100_000],
     meshes: &[100_000, 1_000_000],
+    device_mesh: 2_400_000,
+    device_trees: &[10_000, 100_000],
     rays: 20_000,
 };
 
@@ -46,6 +53,8 @@ const SMALL: Sizes = Sizes {
     packed: &[1000],
     trees: &[100, 1000],
     meshes: &[1000],
+    device_mesh: 1000,
+    device_trees: &[1000],
     rays: 500,
 };
 
@@ -96,6 +105,10 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         if let Some(rivals) = rivals {
             rows.extend(rivals.run(&rows)?);
         }
+    }
+    if choices.contains(&BackendChoice::Gpu) {
+        note("everything moves: trees on the device");
+        rows.extend(device::rows(sizes, samples, common)?);
     }
     Ok(Report {
         rows,

@@ -2,7 +2,7 @@
 //!
 //! A program is given the folders of dumps (the format of [`crate::bench::dump`], without rays) and prints a line of
 //! `key=value` words for each measurement, of which `scene`, `threads`, `build` and `commit_ms`, `update_ms` or
-//! `ms` are read here. `--dump` keeps the folders.
+//! `ms` (and of the fastest run `commit_min_ms`, `min_ms`) are read here. `--dump` keeps the folders.
 
 use std::collections::HashMap;
 use std::path::{Path, PathBuf};
@@ -47,6 +47,8 @@ struct Line {
     threads: String,
     build: String,
     millis: f64,
+    /// Of the fastest run: what is left of it when other programs share the machine.
+    least: Option<f64>,
 }
 
 impl Rivals {
@@ -103,7 +105,8 @@ fn refused(program: &Path, why: &str) -> Failure {
 
 /// A rival's own rows, then ours over the best of its that does the same.
 fn rows_of(rival: &str, text: &str, ours: &[Row]) -> Vec<Row> {
-    let lines: Vec<Line> = text.lines().filter_map(parse).collect();
+    let lines = text.lines().filter_map(parse);
+    let lines: Vec<Line> = lines.filter(|line| line.kind().is_some()).collect();
     let name = |line: &Line, what: &str| format!("{rival}.{}.{}.{what}", line.scene, line.threads);
     let mut rows: Vec<Row> = lines
         .iter()
@@ -111,11 +114,7 @@ fn rows_of(rival: &str, text: &str, ours: &[Row]) -> Vec<Row> {
         .collect();
     let mut best: HashMap<(&str, &str, &str), &Line> = HashMap::new();
     for line in &lines {
-        let kind = if line.build.starts_with("tlas") {
-            "tree"
-        } else if line.build == "mesh_refit" {
-            "mesh"
-        } else {
+        let Some(kind) = line.kind().filter(|_| line.is_update()) else {
             continue;
         };
         let key = (kind, line.scene.as_str(), line.threads.as_str());
@@ -149,9 +148,35 @@ fn rows_of(rival: &str, text: &str, ours: &[Row]) -> Vec<Row> {
             } else {
                 ratio
             });
+            if let (Some(mine), Some(least)) = (mine.p05, line.least) {
+                let what = format!("{what}.least");
+                rows.push(Row::single(
+                    name(line, &what),
+                    "1",
+                    Better::Lower,
+                    mine / least,
+                ));
+            }
         }
     }
     rows
+}
+
+impl Line {
+    /// What is built: a tree over the instances of a crowd, or that of a large mesh. None: what is of no account.
+    fn kind(&self) -> Option<&'static str> {
+        let of_crowd = self.scene.starts_with("meshes.");
+        match (of_crowd, self.build.starts_with("tlas")) {
+            (true, true) => Some("tree"),
+            (false, false) => Some("mesh"),
+            _ => None,
+        }
+    }
+
+    /// Whether it follows what moved; a mesh's may be built, too, which is shown but is not our refit's rival.
+    fn is_update(&self) -> bool {
+        self.build.starts_with("tlas") || self.build == "mesh_refit"
+    }
 }
 
 /// What our rows of a dumped scene begin with.
@@ -168,16 +193,18 @@ fn parse(line: &str) -> Option<Line> {
         .split_whitespace()
         .filter_map(|word| word.split_once('='))
         .collect();
-    let millis = ["commit_ms", "update_ms", "ms"]
-        .iter()
-        .find_map(|key| words.get(key))?;
+    let number = |keys: &[&str]| -> Option<f64> {
+        let word = keys.iter().find_map(|key| words.get(key))?;
+        word.parse().ok()
+    };
     Some(Line {
         scene: (*words.get("scene")?).to_owned(),
         threads: words
             .get("threads")
             .map_or("device".into(), |threads| format!("{threads}t")),
         build: (*words.get("build")?).to_owned(),
-        millis: millis.parse().ok()?,
+        millis: number(&["commit_ms", "update_ms", "ms"])?,
+        least: number(&["commit_min_ms", "min_ms"]),
     })
 }
 
@@ -192,7 +219,10 @@ mod tests {
             embree scene=meshes.10 threads=1 build=tlas_b instances=10 set_ms=9 commit_ms=2.0\n\
             embree scene=mesh.99 threads=2 build=mesh_refit ms=10 min_ms=9\n\
             embree scene=mesh.99 threads=2 build=mesh_low ms=1 min_ms=1\n";
-        let mine = |name: &str, value| Row::single(name, "ms", Better::Lower, value);
+        let mine = |name: &str, value| Row {
+            p05: Some(0.75 * value),
+            ..Row::single(name, "ms", Better::Lower, value)
+        };
         let ours = [
             mine("tree.meshes.10.1t.update", 0.5),
             mine("mesh.99.2t.refit", 3.0),
@@ -206,6 +236,8 @@ mod tests {
         assert_eq!(value("embree.meshes.10.1t.tlas_a"), Some(4.0));
         assert_eq!(value("embree.meshes.10.1t.update_over_tlas_b"), Some(0.25));
         assert_eq!(value("embree.mesh.99.2t.refit_over_mesh_refit"), Some(0.3));
-        assert_eq!(rows.len(), 6);
+        let least = value("embree.mesh.99.2t.refit_over_mesh_refit.least");
+        assert_eq!(least, Some(0.25));
+        assert_eq!(rows.len(), 7);
     }
 }

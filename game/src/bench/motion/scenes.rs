@@ -3,7 +3,7 @@
 use std::time::Instant;
 
 use glam::{Affine3A, DVec3, Vec3};
-use orrery_engine::bvh::Node4;
+use orrery_engine::bvh::{Bounds, Node4};
 use orrery_engine::geom::{Shear, intersect_sphere};
 use orrery_engine::trace::Ray;
 
@@ -84,17 +84,23 @@ impl Scene {
         let start = Instant::now();
         for ray in rays {
             let mut best = (f32::INFINITY, u32::MAX);
-            walker.walk(nodes, ray, ray.t_max, |first, count, reach| {
-                for place in first..first + count {
-                    let row = prims.map_or(place, |prims| prims[place as usize]);
-                    if let Some(t) = self.meet(row, ray)
-                        && (t, row) < best
-                    {
-                        best = (t, row);
+            walker.walk(
+                nodes,
+                Bounds::Boxes,
+                ray,
+                ray.t_max,
+                |first, count, reach| {
+                    for place in first..first + count {
+                        let row = prims.map_or(place, |prims| prims[place as usize]);
+                        if let Some(t) = self.meet(row, ray)
+                            && (t, row) < best
+                        {
+                            best = (t, row);
+                        }
                     }
-                }
-                best.0.min(reach)
-            });
+                    best.0.min(reach)
+                },
+            );
             nearest.push(best);
         }
         Traced {

@@ -72,6 +72,12 @@ fn record(name: String, count: usize, kind: Kind, frames: usize) -> Recording {
     }
 }
 
+/// Boxes of a crowd of spheres that stands still.
+pub fn still_boxes(count: usize) -> Vec<Aabb> {
+    let boxes = record(String::new(), count, Kind::Spheres, 1).boxes.pop();
+    boxes.unwrap_or_default()
+}
+
 /// A box around every row, in the world's space.
 fn boxes_of(scene: &FrameScene) -> Vec<Aabb> {
     let rows = scene.instances.iter();
