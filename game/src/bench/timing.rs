@@ -43,11 +43,16 @@ pub fn pools() -> Result<Vec<ThreadPool>, Failure> {
     let all = rayon::current_num_threads();
     let mut counts = vec![1, all];
     counts.dedup();
-    let pool = |threads| {
-        ThreadPoolBuilder::new()
-            .num_threads(threads)
-            .build()
-            .map_err(|error| Failure::NoDevice(format!("no pool of {threads} threads: {error}")))
-    };
-    counts.into_iter().map(pool).collect()
+    counts.into_iter().map(pool_of).collect()
+}
+
+/// A pool of so many threads.
+///
+/// # Errors
+/// [`Failure::NoDevice`] if threads cannot be made.
+pub fn pool_of(threads: usize) -> Result<ThreadPool, Failure> {
+    ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .build()
+        .map_err(|error| Failure::NoDevice(format!("no pool of {threads} threads: {error}")))
 }

@@ -23,7 +23,7 @@ struct Built<'a> {
     tree: Tree,
 }
 
-/// Of all meshes together, on one thread where the build is.
+/// Of all meshes together, on the calling pool of threads.
 pub fn rows(name: &str, stage: &Stage, structure: Structure, samples: usize) -> Vec<Row> {
     let boxes: Vec<Vec<Aabb>> = stage.meshes.iter().map(|mesh| boxes_of(mesh)).collect();
     let mut trees = Vec::new();

@@ -13,6 +13,7 @@ use orrery_engine::world::Structure;
 
 use super::frame::backends;
 use super::report::{Report, Row};
+use super::timing::pool_of;
 use crate::args::{BenchRequest, Common};
 use crate::device;
 use crate::failure::Failure;
@@ -43,6 +44,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
     for &choice in &choices {
         devices.push(device::open_choice(choice, common)?.device());
     }
+    let single = pool_of(1)?;
     for stage in stages::all(request, common)? {
         let largest = stage.meshes.iter().map(|mesh| mesh.triangles.len()).max();
         let Some(largest) = largest else {
@@ -61,7 +63,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         for (word, structure) in STRUCTURES.into_iter().filter(|(_, s)| usable(*s)) {
             note(format_args!("{}: {word}", stage.name));
             let name = format!("{}.{word}", stage.name);
-            rows.extend(meshes::rows(&name, &stage, structure, samples));
+            rows.extend(single.install(|| meshes::rows(&name, &stage, structure, samples)));
         }
         for &choice in &choices {
             let usable = STRUCTURES.into_iter().filter(|(_, s)| usable(*s));
