@@ -8,6 +8,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::UVec2;
 use orrery_engine::frame::wire::GENERATIONS_CAPACITY;
 use orrery_engine::input::KeyMap;
+use orrery_engine::trace::Level;
 
 use crate::pattern::Pattern;
 
@@ -106,6 +107,10 @@ pub struct RenderRequest {
     /// Leave frames alone whose file is there already.
     #[arg(long)]
     pub resume: bool,
+    /// Draw the bounding volumes of a level of all trees over the picture: 1 to 9, 1 being the root's children, or
+    /// `leaves`. The tree over instances is pale, those of meshes have a colour a level.
+    #[arg(long, value_name = "N|leaves")]
+    pub levels: Option<Level>,
 }
 
 /// Options of `bench`.

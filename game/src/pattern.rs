@@ -4,7 +4,9 @@ use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 use orrery_engine::frame::View;
-use orrery_engine::present::{write_exr, write_png8, write_png16_linear};
+use orrery_engine::present::{
+    Developed, write_developed, write_exr, write_png8, write_png16_linear,
+};
 use orrery_engine::trace::Picture;
 
 use crate::failure::Failure;
@@ -104,6 +106,12 @@ impl Pattern {
             (Format::Png, false) => write_png8(&path, picture, view.exposure, view.tone_map),
         }
         .map_err(|error| Failure::Input(error.to_string()))
+    }
+
+    /// Writes a frame's picture that is for display already.
+    pub fn write_developed(&self, frame: u64, picture: &Developed) -> Result<(), Failure> {
+        write_developed(&self.path(frame), picture)
+            .map_err(|error| Failure::Input(error.to_string()))
     }
 }
 

@@ -1,7 +1,10 @@
 //! `orrery render`: exact frames of a scene into picture files.
 
 use glam::UVec2;
+use orrery_engine::Engine;
+use orrery_engine::present::{Developed, MOST_VOLUMES, wireframe};
 use orrery_engine::profile::Profile;
+use orrery_engine::trace::{ActiveTracer, Level, Picture};
 
 use crate::args::{Common, RenderRequest};
 use crate::defects::Defects;
@@ -27,6 +30,11 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
             "`--linear16` is for .png files; .exr files hold linear light already".into(),
         ));
     }
+    if request.levels.is_some() && (request.linear16 || !request.out.is_png()) {
+        return Err(Failure::Usage(
+            "`--levels` draws over what a display would show: it is for .png files without `--linear16`".into(),
+        ));
+    }
     let todo: Vec<u64> = frames
         .filter(|&frame| !(request.resume && request.out.path(frame).is_file()))
         .collect();
@@ -42,9 +50,15 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
         log.frame(frame, profile)?;
         defects.add(&picture, &profile.counters);
         let view = stage::view(&engine);
-        request
-            .out
-            .write(frame, &picture, &view, request.linear16)?;
+        match request.levels {
+            Some(level) => {
+                let developed = with_levels(&engine, &picture, level)?;
+                request.out.write_developed(frame, &developed)?;
+            }
+            None => request
+                .out
+                .write(frame, &picture, &view, request.linear16)?,
+        }
         bar.inc(1);
         if interrupt::asked() && done + 1 < todo.len() {
             bar.abandon();
@@ -73,4 +87,22 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
         _ => say("nothing left to do"),
     }
     Ok(())
+}
+
+/// The picture with a level of the trees over it, and how many volumes that are on stderr.
+fn with_levels(engine: &Engine, picture: &Picture, level: Level) -> Result<Developed, Failure> {
+    let tracer = &engine.world.resource::<ActiveTracer>().0;
+    let tracer = tracer.as_ref();
+    let shown = tracer.and_then(|tracer| tracer.hierarchy(level, None, MOST_VOLUMES));
+    let Some(shown) = shown else {
+        return Err(Failure::Usage(
+            "`--levels` shows the trees of the backends gpu and cpu; the reference keeps others"
+                .into(),
+        ));
+    };
+    note(shown.words(level));
+    let view = stage::view(engine);
+    let mut developed = Developed::new(picture, view.exposure, view.tone_map);
+    developed.draw(&wireframe(&shown.volumes, level, &view));
+    Ok(developed)
 }

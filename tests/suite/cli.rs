@@ -56,7 +56,7 @@ fn help_teaches_by_examples() {
     expect(
         &["render", "--help"],
         0,
-        &["--frames", "--resume", "bit for bit"],
+        &["--frames", "--resume", "--levels", "bit for bit"],
     );
     expect(&["bench", "--list"], 0, &["frame", "motion", "structures"]);
 }
@@ -74,6 +74,12 @@ fn wrong_words_are_usage() {
         &["render", "demo", "--frames", "0..2", "--out", "x.png"],
         2,
         &["####"],
+    );
+    expect(&["render", "demo", "--levels", "0"], 2, &["1 to 9"]);
+    expect(
+        &["render", "demo", "--levels", "3", "--out", "x.exr"],
+        2,
+        &["--levels", ".png"],
     );
     expect(&["render", "demo", "--depth", "0"], 2, &["1..=64"]);
     expect(
@@ -156,6 +162,70 @@ fn rendering_twice_gives_the_same_bytes_and_resumes() {
         .flatten()
         .collect();
     assert_eq!(left.len(), 4, "something was left behind: {left:?}");
+}
+
+/// A polygon under every structure, each with triangles enough for a tree of two levels.
+fn structures_scene() -> String {
+    let corners: Vec<String> = (0..24)
+        .map(|i| {
+            let (sin, cos) = (f64::from(i) / 24.0 * std::f64::consts::TAU).sin_cos();
+            format!("({cos}, {sin}, 0)")
+        })
+        .collect();
+    let corners = corners.join(", ");
+    let structures = ["Boxes4", "Boxes2", "Spheres(leaf: 2)", "NoTree"];
+    let entities: Vec<String> = (0..)
+        .zip(structures)
+        .map(|(i, structure)| {
+            let x = f64::from(i) * 2.5 - 3.75;
+            format!(
+                r#"(id: "p{i}", polygon: (corners: [{corners}]), structure: {structure}, transform: (translation: ({x}, 0, -9)))"#
+            )
+        })
+        .collect();
+    format!(
+        r#"(version: 1, entities: [(id: "camera", camera: (fov: 60)), {}])"#,
+        entities.join(", ")
+    )
+}
+
+#[test]
+fn levels_are_drawn_over_every_structure() {
+    let folder = folder("levels");
+    let scene = folder.join("structures.ron").display().to_string();
+    std::fs::write(&scene, structures_scene()).expect("writable");
+    let render = |name: &str, more: &[&str], words: &[&str]| {
+        let out = folder.join(format!("{name}.png"));
+        let path = out.display().to_string();
+        let mut arguments = vec!["render", &scene, "--size", "160x90", "--backend", "cpu"];
+        arguments.extend(["--out", &path]);
+        arguments.extend(more);
+        expect(&arguments, 0, words);
+        image::open(out).expect("a picture").to_rgb8()
+    };
+    let plain = render("plain", &[], &[]);
+    let leaves = render("leaves", &["--levels", "leaves"], &["boxes", "spheres"]);
+    // No tree has no levels but leaves, so the last of the four is left alone.
+    let second = render("second", &["--levels", "2"], &["level 2: "]);
+    let deep = render("deep", &["--levels", "9"], &["level 9: nothing"]);
+    let differs = |other: &image::RgbImage, quarter: u32| {
+        let pixels = plain.enumerate_pixels();
+        let here = pixels.filter(|(x, _, _)| x / 40 == quarter);
+        here.filter(|(x, y, pixel)| other.get_pixel(*x, *y) != *pixel)
+            .count()
+    };
+    for quarter in 0..4 {
+        assert!(
+            differs(&leaves, quarter) > 50,
+            "leaves of polygon {quarter}"
+        );
+        assert_eq!(
+            differs(&second, quarter) > 50,
+            quarter < 3,
+            "level of {quarter}"
+        );
+        assert_eq!(differs(&deep, quarter), 0);
+    }
 }
 
 #[test]

@@ -7,6 +7,7 @@ mod edits;
 mod fields;
 mod hierarchy;
 mod inspector;
+mod levels;
 mod overlay;
 mod profiler;
 pub mod theme;
@@ -19,8 +20,9 @@ use bevy_ecs::schedule::IntoScheduleConfigs;
 
 use crate::app::Engine;
 use crate::input::HandSet;
-use crate::present::Ui;
+use crate::present::{DrawOverPicture, Ui};
 use crate::schedule::FrameSet;
+use crate::trace::Level;
 
 /// What is open, and what is selected.
 #[derive(Resource, Debug, Default)]
@@ -33,13 +35,23 @@ pub struct EditorState {
     pub profiler: bool,
     /// What the inspector shows.
     pub selected: Option<Entity>,
+    /// The level of the trees that is shown over the picture.
+    pub level: Option<Level>,
+}
+
+impl EditorState {
+    /// Shows a level, or none if it is shown already.
+    pub fn toggle_level(&mut self, level: Option<Level>) {
+        self.level = level.filter(|_| self.level != level);
+    }
 }
 
 /// The systems that draw panels and apply edits.
 #[derive(SystemSet, Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct DrawPanels;
 
-/// Adds the panels and the edits (set [`FrameSet::Edit`]); needs [`crate::present::plugin`].
+/// Adds the panels and the edits (set [`FrameSet::Edit`]) and what shows the frame's trees (set
+/// [`FrameSet::Present`]); needs [`crate::present::plugin`].
 pub fn plugin(engine: &mut Engine) {
     engine.world.init_resource::<EditorState>();
     engine.world.init_resource::<EditQueue>();
@@ -51,6 +63,10 @@ pub fn plugin(engine: &mut Engine) {
             .chain()
             .in_set(DrawPanels)
             .after(HandSet),
+    );
+    engine.add_systems(
+        FrameSet::Present,
+        levels::draw_levels.in_set(DrawOverPicture),
     );
 }
 

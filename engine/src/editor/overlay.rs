@@ -101,7 +101,7 @@ fn show_help(context: &egui::Context, world: &mut World) {
                     help_group(ui, &keys, "Camera");
                 });
                 ui.vertical(|ui| {
-                    for group in ["Light", "Time", "Window"] {
+                    for group in ["Light", "Time", "Hierarchies", "Window"] {
                         help_group(ui, &keys, group);
                     }
                 });

@@ -59,11 +59,15 @@ pub enum Action {
     Fullscreen,
     /// Save what is seen.
     Screenshot,
+    /// Show a level of the trees over the picture, or hide the one that is shown.
+    Levels,
+    /// Show no level any more.
+    NoLevels,
 }
 
 impl Action {
     /// All, in the order in which help lists them.
-    pub const ALL: [Self; 24] = [
+    pub const ALL: [Self; 26] = [
         Self::Look,
         Self::Forward,
         Self::Back,
@@ -88,6 +92,8 @@ impl Action {
         Self::Profiler,
         Self::Fullscreen,
         Self::Screenshot,
+        Self::Levels,
+        Self::NoLevels,
     ];
 
     /// What help says.
@@ -117,6 +123,8 @@ impl Action {
             Self::Profiler => "Profiler",
             Self::Fullscreen => "Full screen",
             Self::Screenshot => "Screenshot",
+            Self::Levels => "Level of the trees; 0: the leaves",
+            Self::NoLevels => "No level",
         }
     }
 
@@ -125,6 +133,7 @@ impl Action {
         match self {
             Self::LightAway | Self::LightNear | Self::LightLeft | Self::LightRight => "Light",
             Self::Pause | Self::Step => "Time",
+            Self::Levels | Self::NoLevels => "Hierarchies",
             Self::Help | Self::Panels | Self::Profiler | Self::Fullscreen | Self::Screenshot => {
                 "Window"
             }
@@ -142,7 +151,23 @@ pub enum Trigger {
     Drag(MouseButton),
     /// The wheel turns.
     Wheel,
+    /// Any of the ten digits; which one says what is meant.
+    Digit,
 }
+
+/// The keys of each digit, above the letters and beside them.
+const DIGITS: [[KeyCode; 2]; 10] = [
+    [KeyCode::Digit0, KeyCode::Numpad0],
+    [KeyCode::Digit1, KeyCode::Numpad1],
+    [KeyCode::Digit2, KeyCode::Numpad2],
+    [KeyCode::Digit3, KeyCode::Numpad3],
+    [KeyCode::Digit4, KeyCode::Numpad4],
+    [KeyCode::Digit5, KeyCode::Numpad5],
+    [KeyCode::Digit6, KeyCode::Numpad6],
+    [KeyCode::Digit7, KeyCode::Numpad7],
+    [KeyCode::Digit8, KeyCode::Numpad8],
+    [KeyCode::Digit9, KeyCode::Numpad9],
+];
 
 impl fmt::Display for Trigger {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
@@ -151,6 +176,7 @@ impl fmt::Display for Trigger {
             Self::Drag(MouseButton::Right) => f.write_str("Right mouse button, held"),
             Self::Drag(button) => write!(f, "{button:?} mouse button"),
             Self::Wheel => f.write_str("Wheel"),
+            Self::Digit => f.write_str("1 to 9, 0"),
         }
     }
 }
@@ -165,6 +191,7 @@ fn key_name(key: KeyCode) -> String {
         KeyCode::ArrowRight => "Right".into(),
         KeyCode::ShiftLeft => "Shift".into(),
         KeyCode::ControlLeft => "Ctrl".into(),
+        KeyCode::Escape => "Esc".into(),
         // KeyW is called W, Digit1 is called 1, F12 is called F12.
         other => {
             let name = format!("{other:?}");
@@ -265,6 +292,9 @@ impl KeyMap {
             (Trigger::Key(KeyCode::F4), Action::Profiler),
             (Trigger::Key(KeyCode::F11), Action::Fullscreen),
             (Trigger::Key(KeyCode::F12), Action::Screenshot),
+            // As in the 2008 report, in every map.
+            (Trigger::Digit, Action::Levels),
+            (Trigger::Key(KeyCode::Escape), Action::NoLevels),
         ];
         let own = keys
             .iter()
@@ -288,7 +318,7 @@ impl KeyMap {
         self.triggers(action).any(|trigger| match trigger {
             Trigger::Key(key) => input.is_down(key),
             Trigger::Drag(button) => input.is_button_down(button),
-            Trigger::Wheel => false,
+            Trigger::Wheel | Trigger::Digit => false,
         })
     }
 
@@ -296,6 +326,17 @@ impl KeyMap {
     pub fn is_pressed(&self, action: Action, input: &Input) -> bool {
         self.triggers(action)
             .any(|trigger| matches!(trigger, Trigger::Key(key) if input.is_pressed(key)))
+    }
+
+    /// The digit that went down since the last frame if digits do this; the least of several.
+    pub fn pressed_digit(&self, action: Action, input: &Input) -> Option<u32> {
+        self.triggers(action)
+            .find(|&trigger| trigger == Trigger::Digit)?;
+        let is_pressed = |keys: &[KeyCode; 2]| keys.iter().any(|&key| input.is_pressed(key));
+        (0..)
+            .zip(&DIGITS)
+            .find(|(_, keys)| is_pressed(keys))
+            .map(|(digit, _)| digit)
     }
 
     /// 1 where `plus` is held, -1 where `minus` is, 0 where both or neither are.
@@ -345,6 +386,24 @@ mod tests {
                 maps().any(|map| map.triggers(action).next().is_some()),
                 "{action:?} has no key in any map"
             );
+        }
+    }
+
+    #[test]
+    fn digits_are_pressed_once_in_every_map() {
+        for map in maps() {
+            let mut input = Input::default();
+            assert_eq!(map.pressed_digit(Action::Levels, &input), None);
+            for (digit, keys) in (0..).zip(DIGITS) {
+                for key in keys {
+                    input.key(key, true);
+                    assert_eq!(map.pressed_digit(Action::Levels, &input), Some(digit));
+                    assert_eq!(map.pressed_digit(Action::Speed, &input), None);
+                    input.end_frame();
+                    assert_eq!(map.pressed_digit(Action::Levels, &input), None, "held");
+                    input.key(key, false);
+                }
+            }
         }
     }
 

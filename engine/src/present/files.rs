@@ -11,8 +11,9 @@ use std::path::{Path, PathBuf};
 
 use exr::prelude::{Encoding, Image, SpecificChannels, WritableImage};
 use exr::prelude::{Layer, LayerAttributes};
+use glam::UVec2;
 
-use super::tone::display_rgb8;
+use super::Developed;
 use crate::trace::Picture;
 use crate::world::ToneMap;
 
@@ -48,15 +49,18 @@ pub fn write_png8(
     exposure: f32,
     tone: ToneMap,
 ) -> Result<(), FileError> {
-    let bytes: Vec<u8> = picture
-        .pixels
-        .iter()
-        .flat_map(|&pixel| display_rgb8(pixel, exposure, tone))
-        .collect();
+    write_developed(path, &Developed::new(picture, exposure, tone))
+}
+
+/// Writes what a display would show: sRGB, 8 bit.
+///
+/// # Errors
+/// Names the path; the folder is made if it is missing.
+pub fn write_developed(path: &Path, picture: &Developed) -> Result<(), FileError> {
     whole_file(path, |file| {
-        let mut encoder = encoder(file, picture, png::BitDepth::Eight);
+        let mut encoder = encoder(file, picture.size, png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
-        encode(encoder, &bytes)
+        encode(encoder, picture.pixels.as_flattened())
     })
 }
 
@@ -72,7 +76,7 @@ pub fn write_png16_linear(path: &Path, picture: &Picture) -> Result<(), FileErro
         .flat_map(|channel| linear16(channel).to_be_bytes())
         .collect();
     whole_file(path, |file| {
-        let mut encoder = encoder(file, picture, png::BitDepth::Sixteen);
+        let mut encoder = encoder(file, picture.size, png::BitDepth::Sixteen);
         encoder.set_source_gamma(png::ScaledFloat::new(1.0));
         encode(encoder, &bytes)
     })
@@ -107,12 +111,8 @@ fn linear16(channel: f32) -> u16 {
     (f64::from(channel).clamp(0.0, 1.0) * 65535.0).round() as u16
 }
 
-fn encoder<'a>(
-    file: File,
-    picture: &Picture,
-    depth: png::BitDepth,
-) -> png::Encoder<'a, BufWriter<File>> {
-    let mut encoder = png::Encoder::new(BufWriter::new(file), picture.size.x, picture.size.y);
+fn encoder<'a>(file: File, size: UVec2, depth: png::BitDepth) -> png::Encoder<'a, BufWriter<File>> {
+    let mut encoder = png::Encoder::new(BufWriter::new(file), size.x, size.y);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_depth(depth);
     encoder
@@ -153,9 +153,10 @@ fn whole_file(
 
 #[cfg(test)]
 mod tests {
-    use glam::{UVec2, Vec3};
+    use glam::Vec3;
 
     use super::*;
+    use crate::present::display_rgb8;
 
     fn folder(name: &str) -> PathBuf {
         let folder = std::env::temp_dir().join(format!("orrery-{name}-{}", std::process::id()));

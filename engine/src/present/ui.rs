@@ -31,6 +31,11 @@ impl Ui {
         self.picture = Some(rect);
     }
 
+    /// What panels leave to the picture, in points; the picture itself fills the window behind them.
+    pub fn picture_rect(&self) -> egui::Rect {
+        self.picture.unwrap_or_else(|| self.context.content_rect())
+    }
+
     /// Whether a position, in points, is on something of the overlay. egui's own answer is about the
     /// pointer as it was in the last frame, which a quick move and click have left behind.
     pub fn covers(&self, position: egui::Pos2) -> bool {

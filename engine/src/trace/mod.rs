@@ -25,12 +25,14 @@
 mod choose;
 pub mod cpu;
 pub mod gpu;
+mod hierarchy;
 mod pack;
 mod picture;
 pub mod reference;
 mod systems;
 
 pub use choose::{BackendChoice, open_tracer};
+pub use hierarchy::{Form, Hierarchy, Level, Owner, Volume};
 pub use pack::PackedScene;
 pub use picture::Picture;
 pub use systems::{ActiveTracer, OtherPasses, TraceFault, plugin};
@@ -269,6 +271,13 @@ pub trait Tracer: Send + Sync {
     /// # Errors
     /// See [`TraceError`].
     fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError>;
+
+    /// A level of the trees of the uploaded frame: of all of them, or alone of the mesh that this row of
+    /// `FrameScene::instances` shows if it shows one. At most `most` volumes, those that look largest; none: a tracer that
+    /// keeps trees of another kind.
+    fn hierarchy(&self, _level: Level, _alone: Option<u32>, _most: usize) -> Option<Hierarchy> {
+        None
+    }
 
     /// What the last picture took. On a GPU: of the last picture that has come back.
     fn counters(&self) -> Counters;

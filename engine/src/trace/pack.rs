@@ -10,6 +10,7 @@
 mod arena;
 mod deform;
 mod dirty;
+mod hierarchy;
 mod instance;
 mod instances;
 mod mesh;

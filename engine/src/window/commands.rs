@@ -10,6 +10,7 @@ use crate::editor::{DrawPanels, EditorState};
 use crate::input::{Action, HandSet, Input, KeyMap};
 use crate::schedule::FrameSet;
 use crate::time::{Clock, Time};
+use crate::trace::Level;
 
 /// What the keys of this frame ask of the window; it takes them after the frame.
 #[derive(Resource, Debug, Default)]
@@ -43,6 +44,12 @@ fn obey_keys(
     }
     if pressed(Action::Step) {
         *clock = Clock::Frame(frame_number(&time) + 1);
+    }
+    if let Some(digit) = keys.pressed_digit(Action::Levels, &input) {
+        editor.toggle_level(Level::of_digit(digit));
+    }
+    if pressed(Action::NoLevels) {
+        editor.level = None;
     }
     editor.help ^= pressed(Action::Help);
     editor.panels ^= pressed(Action::Panels);
@@ -82,6 +89,37 @@ pub fn screenshot_path(folder: &std::path::Path, scene: &str, time: &Time) -> Pa
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::input::KeyCode;
+
+    #[test]
+    fn a_digit_shows_its_level_and_hides_it_again_in_every_map() {
+        for name in KeyMap::NAMES {
+            let mut world = World::new();
+            world.insert_resource(KeyMap::named(name).expect("every listed name has a map"));
+            world.init_resource::<Input>();
+            world.init_resource::<Time>();
+            world.insert_resource(Clock::Wall);
+            world.init_resource::<EditorState>();
+            world.init_resource::<Requests>();
+            let mut schedule = Schedule::default();
+            schedule.add_systems(obey_keys);
+            let mut press = |key| {
+                world.resource_mut::<Input>().key(key, true);
+                schedule.run(&mut world);
+                let mut input = world.resource_mut::<Input>();
+                input.key(key, false);
+                input.end_frame();
+                world.resource::<EditorState>().level
+            };
+            assert_eq!(press(KeyCode::Digit3), Some(Level::Depth(3)), "{name}");
+            assert_eq!(press(KeyCode::Space), Some(Level::Depth(3)), "{name}");
+            assert_eq!(press(KeyCode::Digit0), Some(Level::Leaves), "{name}");
+            assert_eq!(press(KeyCode::Numpad0), None, "{name}");
+            assert_eq!(press(KeyCode::Numpad9), Some(Level::Depth(9)), "{name}");
+            assert_eq!(press(KeyCode::Escape), None, "{name}");
+            assert_eq!(press(KeyCode::Escape), None, "{name}");
+        }
+    }
 
     #[test]
     fn screenshots_are_named_by_scene_and_frame_and_keep_each_other() {

@@ -19,7 +19,8 @@ use rayon::prelude::*;
 use self::path::{Scratch, Travel, radiance};
 use self::traverse::{Key, Probe, Stack, Start, trace};
 use super::{
-    Backend, Counters, Hit, PackedScene, PassTime, Picture, Query, Ray, TraceError, Tracer,
+    Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, Query, Ray,
+    TraceError, Tracer,
 };
 use crate::frame::wire::{PROJECTION_PERSPECTIVE, ViewRow};
 use crate::frame::{FrameScene, TraceSettings};
@@ -125,6 +126,10 @@ impl Tracer for CpuTracer {
                 answer(packed, ray, query, stack)
             })
             .collect())
+    }
+
+    fn hierarchy(&self, level: Level, alone: Option<u32>, most: usize) -> Option<Hierarchy> {
+        Some(self.packed.hierarchy(level, alone, most))
     }
 
     fn counters(&self) -> Counters {

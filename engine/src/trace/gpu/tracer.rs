@@ -18,8 +18,8 @@ use super::upload::SceneOnDevice;
 use crate::frame::wire::{PassRow, ViewRow};
 use crate::frame::{FrameScene, TraceSettings};
 use crate::trace::{
-    Backend, Counters, Hit, PackedScene, PassTime, Picture, Query, Ray, TraceError, Tracer,
-    no_picture_yet,
+    Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, Query, Ray,
+    TraceError, Tracer, no_picture_yet,
 };
 
 /// Samples of a dispatch: enough to fill a GPU many times over, few enough that a display driver's
@@ -321,6 +321,10 @@ impl Tracer for GpuTracer {
 
     fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError> {
         self.answer_rays(rays, query)
+    }
+
+    fn hierarchy(&self, level: Level, alone: Option<u32>, most: usize) -> Option<Hierarchy> {
+        Some(self.packed.hierarchy(level, alone, most))
     }
 
     fn counters(&self) -> Counters {

@@ -178,7 +178,6 @@ impl PackedInstances {
     }
 
     /// Whether the device's tree is one that it built.
-    #[cfg(test)]
     pub fn is_on_device(&self) -> bool {
         self.on_device
     }
@@ -186,6 +185,11 @@ impl PackedInstances {
     /// The boxes of all rows if the device is to build a tree over them; from now on it has.
     pub fn take_boxes_to_build(&mut self) -> Option<&[Aabb]> {
         std::mem::take(&mut self.is_build_due).then_some(&self.boxes[..])
+    }
+
+    /// Boxes of all rows, about the anchor; empty for what is in no tree.
+    pub fn boxes(&self) -> &[Aabb] {
+        &self.boxes
     }
 
     /// Nodes of the tree over everything but planes, root first.

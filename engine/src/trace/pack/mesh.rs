@@ -1,5 +1,6 @@
 //! A mesh as rows: its vertices, its triangles in the order of its tree's leaves, and the tree.
 
+use std::borrow::Cow;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -274,6 +275,17 @@ impl PackedMesh {
         arenas.free(old);
         self.place = arenas.take(self);
         self.stale = Stale::All;
+    }
+
+    /// The tree as rays meet it: what is left to a device is computed here again.
+    pub fn tree_as_traced(&self) -> Cow<'_, Tree> {
+        if !self.is_left_to_device() {
+            return Cow::Borrowed(&self.tree);
+        }
+        let boxes = self.boxes_elsewhere()();
+        let mut tree = self.tree.clone();
+        tree.refit(|place| boxes[self.tree.prims[place] as usize].into());
+        Cow::Owned(tree)
     }
 
     /// Levels of the tree's nodes; see [`Tree::levels`].
