@@ -4,7 +4,7 @@ use glam::UVec2;
 use orrery_engine::Engine;
 use orrery_engine::present::{Developed, MOST_VOLUMES, wireframe};
 use orrery_engine::profile::Profile;
-use orrery_engine::trace::{ActiveTracer, Level, Picture};
+use orrery_engine::trace::{ActiveTracer, Backend, Level, Picture};
 
 use crate::args::{Common, RenderRequest};
 use crate::defects::Defects;
@@ -40,7 +40,11 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
         .collect();
     let mut engine = stage::set(&request.scene, common, SIZE, request.fps)?;
     let mut log = ProfileLog::open(common.profile.as_deref())?;
-    stage::cast(&mut engine, device::open(common)?);
+    let tracer = device::open(common)?;
+    if request.levels.is_some() && tracer.backend() == Backend::Reference {
+        return Err(no_trees());
+    }
+    stage::cast(&mut engine, tracer);
     interrupt::listen();
     let mut defects = Defects::default();
     let bar = progress(todo.len() as u64, "rendering");
@@ -94,15 +98,16 @@ fn with_levels(engine: &Engine, picture: &Picture, level: Level) -> Result<Devel
     let tracer = &engine.world.resource::<ActiveTracer>().0;
     let tracer = tracer.as_ref();
     let shown = tracer.and_then(|tracer| tracer.hierarchy(level, None, MOST_VOLUMES));
-    let Some(shown) = shown else {
-        return Err(Failure::Usage(
-            "`--levels` shows the trees of the backends gpu and cpu; the reference keeps others"
-                .into(),
-        ));
-    };
+    let shown = shown.ok_or_else(no_trees)?;
     note(shown.words(level));
     let view = stage::view(engine);
     let mut developed = Developed::new(picture, view.exposure, view.tone_map);
     developed.draw(&wireframe(&shown.volumes, level, &view));
     Ok(developed)
+}
+
+fn no_trees() -> Failure {
+    Failure::Usage(
+        "`--levels` shows the trees of the backends gpu and cpu; the reference keeps others".into(),
+    )
 }

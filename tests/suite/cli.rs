@@ -81,6 +81,15 @@ fn wrong_words_are_usage() {
         2,
         &["--levels", ".png"],
     );
+    let of_reference = [
+        "render",
+        "two_spheres",
+        "--levels",
+        "1",
+        "--backend",
+        "reference",
+    ];
+    expect(&of_reference, 2, &["gpu and cpu"]);
     expect(&["render", "demo", "--depth", "0"], 2, &["1..=64"]);
     expect(
         &["bench", "nonsense"],
