@@ -19,8 +19,9 @@ const BLEED: f32 = 0.05;
 const HALF_WIDTH: f32 = 0.75 / 720.0;
 /// Opacity of the nearest stroke and of the farthest.
 const OPACITY: [f32; 2] = [0.95, 0.45];
-/// Half the extent in picture heights below which a volume is fainter, or a heap of small ones is a blot.
-const SMALL: f32 = 20.0 / 720.0;
+/// Half the extent in picture heights below which a volume is fainter, or a heap of small ones is a blot. It is
+/// that of the middle of the three sides: the long edges of a rod lie as close as those of a small box.
+const SMALL: f32 = 10.0 / 720.0;
 /// Opacity of the smallest, as a share.
 const FAINTEST: f32 = 0.16;
 
@@ -63,11 +64,14 @@ pub fn wireframe(volumes: &[Volume], level: Level, view: &View) -> Vec<Stroke> {
     let far = order.first().map_or(0.0, |(depth, _)| *depth);
     let near = order.last().map_or(0.0, |(depth, _)| *depth);
     // Many lines hide the picture and one another unless they are thinner.
-    let crowd = (64.0 / volumes.len().max(64) as f32).powf(0.18);
+    let crowd = (64.0 / volumes.len().max(64) as f32).powf(0.14);
     let mut strokes = Vec::new();
     for (_, volume) in order {
         let size = camera.size_of(volume);
-        let weight = crowd * (size / SMALL).clamp(FAINTEST, 1.0);
+        let mut sides = volume.axes.map(Vec3::length);
+        sides.sort_by(f32::total_cmp);
+        let middle = size * sides[1] / volume.radius().max(f32::MIN_POSITIVE);
+        let weight = crowd * (middle / SMALL).clamp(FAINTEST, 1.0);
         for [a, b] in edges(volume, size) {
             let Some(ends) = camera.project(a, b) else {
                 continue;
