@@ -9,6 +9,9 @@ use super::wireframe::Stroke;
 use crate::trace::Picture;
 use crate::world::ToneMap;
 
+/// A thin stroke is not fainter than this share of a pixel's width: small pictures would lose it.
+const LEAST_SHARE: f32 = 0.4;
+
 /// sRGB, row by row from the top.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Developed {
@@ -43,7 +46,7 @@ impl Developed {
         let [from, to] = stroke.ends.map(pixel_of);
         // A line thinner than a pixel is as wide as one and fainter.
         let half = (stroke.half_width * size.y).max(0.5);
-        let opacity = stroke.opacity * (stroke.half_width * size.y / half).min(1.0).max(0.4);
+        let opacity = stroke.opacity * (stroke.half_width * size.y / half).clamp(LEAST_SHARE, 1.0);
         let step = to - from;
         let along_x = step.x.abs() >= step.y.abs();
         let (major, minor) = if along_x { (0, 1) } else { (1, 0) };
