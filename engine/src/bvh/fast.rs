@@ -7,7 +7,7 @@ use super::build::{STACK_SHARE, balanced};
 use super::cluster::Clusters;
 use super::refit::{refit, refit_level, total_cost};
 use super::tree::stack_need;
-use super::{CHILD_NONE, Child, Extent, Node4};
+use super::{CHILD_NONE, Child, Extent, Node4, Tree};
 use crate::geom::Aabb;
 
 /// Nodes of a level from which more than one thread gathers them.
@@ -68,14 +68,21 @@ impl RowTree {
             }
         }
         if stack_need(&self.nodes) > STACK_SHARE {
-            self.build_balanced(boxes, rows);
+            // By medians, which cannot overflow a traversal's stack.
+            let plain: Vec<Aabb> = boxes.iter().map(|&b| b.into()).collect();
+            self.take_over(balanced(&plain, 1, 4), rows);
         }
     }
 
-    /// The same by medians: for what would overflow the traversal's stack otherwise.
-    fn build_balanced(&mut self, boxes: &[Extent], rows: &[u32]) {
+    /// The same by [`Tree::build_single`]: slower, and a better tree.
+    pub fn build_carefully(&mut self, boxes: &[Extent], rows: &[u32]) {
         let plain: Vec<Aabb> = boxes.iter().map(|&b| b.into()).collect();
-        let tree = balanced(&plain, 1, 4);
+        self.places.fill(NOWHERE);
+        self.take_over(Tree::build_single(&plain), rows);
+    }
+
+    /// Makes a tree over boxes, one a leaf, this one over `rows`.
+    fn take_over(&mut self, tree: Tree, rows: &[u32]) {
         (self.nodes, self.levels) = (tree.nodes, tree.levels);
         self.parents.clear();
         self.parents.resize(self.nodes.len(), NOWHERE);

@@ -4,6 +4,8 @@
 //! paths from leaf to root, a refit of all boxes, a new tree) never changes a hit, so it may depend on the
 //! clock: it keeps running averages of what each costs a row. The rule:
 //!
+//! - Where building a tree of full quality takes next to nothing of what tracing takes, that is done: a few
+//!   things in a costly picture.
 //! - Some rows moved: their paths, unless so many that a refit is cheaper.
 //! - Rows went: free slots. Rows came: put in, unless a new tree is cheaper.
 //! - A new tree is due when the cost of the tree by the surface area heuristic is more than 1.5 times what
@@ -33,6 +35,9 @@ const PARALLEL_FROM: usize = 8192;
 const SAFE_DEPTH: usize = (STACK_SHARE as usize - 4) / 3 + 1;
 /// Tracing is taken to be so many times as dear as a new tree until it was measured.
 const TRACE_PER_BUILD: f64 = 8.0;
+
+/// The share of the time spent in tracing that a tree of full quality may take a frame.
+const CAREFUL_SHARE: f64 = 0.02;
 
 /// Nodes between two that were written to, up to which they make one range.
 const DIRTY_GAP: u32 = 4;
@@ -102,6 +107,7 @@ pub struct InstanceTree {
     paths: Price,
     refits: Price,
     builds: Price,
+    careful_builds: Price,
     dirty: Vec<Range<u32>>,
     changes: Changes,
     trail: Trail,
@@ -133,6 +139,7 @@ impl Default for InstanceTree {
             paths: Price(300.0),
             refits: Price(20.0),
             builds: Price(100.0),
+            careful_builds: Price(800.0),
             dirty: Vec::new(),
             changes: Changes::default(),
             trail: Trail::default(),
@@ -180,18 +187,17 @@ impl InstanceTree {
         self.live = self.live + came.len() - went.len();
         self.free = (self.free + went.len()).saturating_sub(came.len());
         work.rows = touched as u32;
+        let carefully =
+            self.careful_builds.of(self.live) < CAREFUL_SHARE * self.trace_nanos.unwrap_or(0.0);
         work.action = if touched == 0 {
             TreeAction::None
-        } else if was_empty || self.is_new_tree_due() {
+        } else if carefully || was_empty || self.is_new_tree_due() {
             TreeAction::Rebuild
         } else {
             self.follow(boxes)
         };
         if work.action == TreeAction::Rebuild {
-            let start = Instant::now();
-            self.rebuild(boxes);
-            self.builds
-                .learn(start.elapsed().as_nanos() as f64, self.live);
+            self.rebuild_by(boxes, carefully);
         }
         self.tree.places.truncate(boxes.len());
         self.note_drift(work.action);
@@ -301,6 +307,11 @@ impl InstanceTree {
 
     /// Makes a new tree, whatever [`InstanceTree::update`] would do.
     pub fn rebuild(&mut self, boxes: &[Aabb]) {
+        self.rebuild_by(boxes, false);
+    }
+
+    fn rebuild_by(&mut self, boxes: &[Aabb], carefully: bool) {
+        let start = Instant::now();
         self.rows.clear();
         self.rows
             .extend((0..boxes.len() as u32).filter(|&row| is_there(&boxes[row as usize])));
@@ -311,13 +322,23 @@ impl InstanceTree {
                 .map(|&row| Extent::from(boxes[row as usize])),
         );
         self.tree.places.resize(boxes.len(), NOWHERE);
-        self.tree.build(&mut self.clusters, &self.boxes, &self.rows);
+        if carefully {
+            self.tree.build_carefully(&self.boxes, &self.rows);
+        } else {
+            self.tree.build(&mut self.clusters, &self.boxes, &self.rows);
+        }
         self.live = self.rows.len();
         self.free = 0;
         self.cost = total_cost(&self.tree.nodes);
         self.cost_when_built = self.cost;
         self.area = f64::from(self.cost) * self.root_area();
         self.note_all_dirty();
+        let price = if carefully {
+            &mut self.careful_builds
+        } else {
+            &mut self.builds
+        };
+        price.learn(start.elapsed().as_nanos() as f64, self.live);
     }
 
     fn root_area(&self) -> f64 {

@@ -106,11 +106,14 @@ impl PackedInstances {
         self.seen = scene.instances.version();
         let uses = scene.materials.len().max(self.material_uses.len());
         self.material_uses.resize(uses, 0);
-        let touched: Option<Vec<u32>> = match rows {
+        let is_other = rows == Changes::All;
+        let touched = match rows {
             Changes::All => None,
             Changes::Rows(rows) => Some(self.with_users(rows, changed)),
             Changes::None => Some(self.with_users(&[], changed)),
         };
+        // To pack all in order is cheaper than half of them by number.
+        let touched = touched.filter(|touched| touched.len() * 2 <= scene.instances.len());
         match &touched {
             None => self.pack_all(scene, meshes),
             Some(touched) => self.pack_some(scene, meshes, touched),
@@ -123,6 +126,10 @@ impl PackedInstances {
         let is_near = (eye - self.anchor).abs().max_element() <= self.reach;
         let moved = match touched {
             Some(touched) if is_near => Some(self.rebox(&touched)),
+            None if is_near && !is_other => {
+                self.rebox_all();
+                None
+            }
             _ => {
                 self.drop_anchor();
                 None
@@ -253,6 +260,7 @@ impl PackedInstances {
         self.boxes.resize(count, Aabb::EMPTY);
     }
 
+    /// Packs every row in place.
     fn pack_all(&mut self, scene: &FrameScene, meshes: &[PackedMesh]) {
         self.resize(scene.instances.len());
         let eye = self.eye;
@@ -260,22 +268,29 @@ impl PackedInstances {
             ((&mut InstanceRow, &mut Placed), &mut PaddedBox),
             &Instance,
         )| {
+            let old = *row;
             (*row, *placed, *padded) = pack(instance, meshes, eye);
+            row.next_plane = old.next_plane;
+            (old.kind, old.mesh, old.material) != (row.kind, row.mesh, row.material)
         };
-        self.rows
+        let is_restructured = self
+            .rows
             .all_mut()
             .par_iter_mut()
             .with_min_len(ROWS_PER_TASK)
             .zip(&mut self.placed)
             .zip(&mut self.padded)
             .zip(&scene.instances[..])
-            .for_each(pack);
-        self.users.count(&self.rows);
-        self.material_uses.fill(0);
-        for row in self.rows.iter().filter(|row| row.kind != NONE) {
-            self.material_uses[row.material as usize] += 1;
+            .map(pack)
+            .reduce(|| false, |a, b| a | b);
+        if is_restructured {
+            self.users.count(&self.rows);
+            self.material_uses.fill(0);
+            for row in self.rows.iter().filter(|row| row.kind != NONE) {
+                self.material_uses[row.material as usize] += 1;
+            }
+            self.link_planes();
         }
-        self.link_planes();
     }
 
     fn pack_some(&mut self, scene: &FrameScene, meshes: &[PackedMesh], touched: &[u32]) {
@@ -354,6 +369,11 @@ impl PackedInstances {
             });
         let reach = sum / f64::from(count.max(1));
         (self.anchor, self.reach) = (anchor, reach);
+        self.rebox_all();
+    }
+
+    fn rebox_all(&mut self) {
+        let (anchor, reach) = (self.anchor, self.reach);
         self.boxes
             .par_iter_mut()
             .with_min_len(ROWS_PER_TASK)
