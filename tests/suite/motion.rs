@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DQuat, DVec3, UVec2, Vec3};
 use orrery_engine::Engine;
-use orrery_engine::frame::{FrameScene, LightKind, Shape, TraceSettings};
+use orrery_engine::frame::{FrameScene, Instance, LightKind, Shape, TraceSettings};
 use orrery_engine::trace::cpu::CpuTracer;
 use orrery_engine::trace::{ActiveTracer, Backend, BackendChoice, Counters, Query, Ray, Tracer};
 use orrery_engine::trace::{Hit, open_tracer};
@@ -109,6 +109,69 @@ fn no_answer_depends_on_the_frames_before() {
         let b = picture(&mut CpuTracer::new(), &scene, &settings).expect("a picture");
         assert!(a == b, "seed {seed}: the pictures differ");
     }
+}
+
+/// The answers without any tree: every instance alone, every triangle tried.
+fn brute_force(scene: &FrameScene, rays: &[Ray]) -> Vec<Hit> {
+    let mut alone = scene.clone();
+    for index in 0..alone.meshes.len() as u32 {
+        let row = MeshRow {
+            structure: Structure::None,
+            ..alone.meshes[index as usize].clone()
+        };
+        alone.meshes.replace(index, row);
+    }
+    let rows = alone.instances.to_vec();
+    alone.instances.edit(|row| row.shape = Shape::Vacant);
+    let mut tracer = CpuTracer::new();
+    let mut best = vec![Hit::MISS; rays.len()];
+    for (index, row) in (0..).zip(rows) {
+        alone.instances.set(index, row);
+        for (best, hit) in best.iter_mut().zip(answers(&mut tracer, &alone, rays)) {
+            if hit.t < best.t {
+                *best = hit;
+            }
+        }
+        let hidden = Instance {
+            shape: Shape::Vacant,
+            ..row
+        };
+        alone.instances.set(index, hidden);
+    }
+    best
+}
+
+/// Random motion and deformation for so many frames; every so many, the trees against brute force.
+fn hold_against_brute_force(frames: u32, every: u32, rays_each: usize) {
+    let mut random = Random::new(17);
+    let mut scene = random_scene(17, 24);
+    let mut walked = CpuTracer::new();
+    for frame in 1..=frames {
+        change(&mut scene, &mut random, frame);
+        if scene.instances.len() > 40 {
+            let fewer = scene.instances[..24].to_vec();
+            scene.instances.assign(fewer);
+        }
+        if !frame.is_multiple_of(every) {
+            answers(&mut walked, &scene, &[]);
+            continue;
+        }
+        let rays = rays(&mut random, rays_each);
+        let found = answers(&mut walked, &scene, &rays);
+        assert_eq!(found, brute_force(&scene, &rays), "frame {frame}");
+    }
+}
+
+#[test]
+fn trees_that_followed_change_answer_as_brute_force_does() {
+    hold_against_brute_force(300, 60, 2_000);
+}
+
+/// `cargo test --release --workspace --test suite hundred_thousand -- --ignored`
+#[test]
+#[ignore = "minutes"]
+fn trees_answer_as_brute_force_does_for_a_hundred_thousand_frames() {
+    hold_against_brute_force(100_000, 1_000, 10_000);
 }
 
 #[test]

@@ -241,9 +241,14 @@ impl PackedInstances {
     }
 
     fn with_users(&self, rows: &[u32], meshes: &[u32]) -> Vec<u32> {
-        let users = meshes.iter().flat_map(|&mesh| self.users.of(mesh));
-        let shows = |row: &&u32| meshes.contains(&self.rows[**row as usize].mesh);
-        rows.iter().chain(users.filter(shows)).copied().collect()
+        let users = meshes.iter().flat_map(|&mesh| {
+            let shows = move |&&row: &&u32| {
+                let row = self.rows.get(row as usize);
+                row.is_some_and(|row| row.mesh == mesh)
+            };
+            self.users.of(mesh).iter().filter(shows)
+        });
+        rows.iter().chain(users).copied().collect()
     }
 
     /// Whether some row names a material for which this holds.
@@ -262,6 +267,7 @@ impl PackedInstances {
 
     /// Packs every row in place.
     fn pack_all(&mut self, scene: &FrameScene, meshes: &[PackedMesh]) {
+        let is_longer_or_shorter = self.rows.len() != scene.instances.len();
         self.resize(scene.instances.len());
         let eye = self.eye;
         let pack = |(((row, placed), padded), instance): (
@@ -283,7 +289,7 @@ impl PackedInstances {
             .zip(&scene.instances[..])
             .map(pack)
             .reduce(|| false, |a, b| a | b);
-        if is_restructured {
+        if is_restructured || is_longer_or_shorter {
             self.users.count(&self.rows);
             self.material_uses.fill(0);
             for row in self.rows.iter().filter(|row| row.kind != NONE) {
