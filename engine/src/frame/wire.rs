@@ -233,7 +233,7 @@ pub struct HitRow {
     pub u: f32,
     /// Barycentric weight of a triangle's third corner.
     pub v: f32,
-    /// [`InstanceRow::id`]; [`NONE`]: a miss. Any-hit queries: 0 free, 1 occluded.
+    /// Row of instances; [`NONE`]: a miss. Any-hit queries: 0 free, 1 occluded.
     pub instance: u32,
     /// Primitive of the instance.
     pub prim: u32,
