@@ -1,13 +1,14 @@
 // What: one level of the trees of meshes whose vertices changed; an invocation a child. Levels go from the deepest up.
-// Reads: jobs, triangles, vertices, nodes of the level below. Writes: boxes of nodes; partials: what they cost.
+// Reads: jobs, corners of triangles, vertices, nodes of the level below. Writes: positions in triangles (each is in one
+// leaf, so by one invocation); boxes of nodes; partials: what they cost.
 // Twin: Tree::refit in engine/src/bvh.
-#import orrery::types::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, TriangleRow, VertexRow}
+#import orrery::types::{CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, PlacedTriangleRow, VertexRow}
 #import orrery::stage::group_index
 #import orrery::jobs::{job_of, jobs}
 #import orrery::boxes::{Bounds, grown, half_area, no_bounds, take_in}
 #import orrery::fit::{GROUP_NODES, child_slot, node_bounds, put_bounds, write_bounds}
 
-@group(0) @binding(2) var<storage, read> triangles: array<TriangleRow>;
+@group(0) @binding(2) var<storage, read_write> triangles: array<PlacedTriangleRow>;
 // Positions, and normals elsewhere.
 @group(0) @binding(4) var<storage, read> vertices: array<VertexRow>;
 @group(0) @binding(5) var<storage, read_write> partials: array<f32>;
@@ -37,7 +38,7 @@ fn refit(
             bounds = node_bounds(jobs[job].root + child);
         } else {
             let leaf = ((child & ~CHILD_LEAF) >> LEAF_COUNT_SHIFT) + 1u;
-            bounds = leaf_bounds(job, child & LEAF_FIRST_MASK, leaf);
+            bounds = place_leaf(job, child & LEAF_FIRST_MASK, leaf);
             weight = f32(leaf);
         }
         cost = weight * half_area(bounds);
@@ -52,16 +53,20 @@ fn refit(
     }
 }
 
-// Only here boxes grow: the union of grown boxes is the grown union.
-fn leaf_bounds(job: u32, first: u32, count: u32) -> Bounds {
+// Puts positions into the triangles of a leaf; its box. Only here boxes grow: the union of grown boxes is the grown union.
+fn place_leaf(job: u32, first: u32, count: u32) -> Bounds {
     var bounds = no_bounds();
     let corner = jobs[job].first_vertex;
     let start = jobs[job].first_triangle + first;
     for (var index = start; index < start + count; index++) {
         let corners = triangles[index].corners + vec3u(corner);
-        bounds = take_in(bounds, vertices[corners.x].vector);
-        bounds = take_in(bounds, vertices[corners.y].vector);
-        bounds = take_in(bounds, vertices[corners.z].vector);
+        let a = vertices[corners.x].vector;
+        let b = vertices[corners.y].vector;
+        let c = vertices[corners.z].vector;
+        triangles[index].a = a;
+        triangles[index].b = b;
+        triangles[index].c = c;
+        bounds = take_in(take_in(take_in(bounds, a), b), c);
     }
     return grown(bounds);
 }

@@ -3,13 +3,13 @@
 // Twin: engine/src/trace/gpu/layout.rs.
 #define_import_path orrery::scene
 
-#import orrery::types::{InstanceRow, LightRow, MaterialRow, Node4, PassRow, TriangleRow, VertexRow, ViewRow}
+#import orrery::types::{InstanceRow, LightRow, MaterialRow, Node4, PassRow, PlacedTriangleRow, VertexRow, ViewRow}
 
 @group(0) @binding(0) var<uniform> view: ViewRow;
 @group(0) @binding(1) var<uniform> pass_row: PassRow;
 
 @group(1) @binding(0) var<storage, read> nodes: array<Node4>;
-@group(1) @binding(1) var<storage, read> triangles: array<TriangleRow>;
+@group(1) @binding(1) var<storage, read> triangles: array<PlacedTriangleRow>;
 @group(1) @binding(2) var<storage, read> vertices: array<VertexRow>;
 @group(1) @binding(3) var<storage, read> instances: array<InstanceRow>;
 @group(1) @binding(4) var<storage, read> materials: array<MaterialRow>;

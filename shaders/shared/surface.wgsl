@@ -1,5 +1,5 @@
 // What: from a hit to the surface there: position with its error bound, normals, where rays may start.
-// Reads: instances, triangles, vertices. Writes: nothing.
+// Reads: instances, triangles, vertices (normals alone). Writes: nothing.
 // Twin: engine/src/trace/cpu/surface.rs and engine/src/geom/offset.rs.
 #define_import_path orrery::surface
 
@@ -106,11 +106,9 @@ fn one_way_error(rows: array<vec4f, 3>, from_point: vec3f, to_point: vec3f) -> v
 // The ray's point moved onto the triangle's plane. Along the plane it errs by the ray's error, which
 // shrinks towards the eye as pixels do; weights of corners would err by the triangle's size instead.
 fn mesh_point(found: Found, near: vec3f) -> Point {
-    let triangle = triangles[found.triangle];
-    let corners = triangle.corners + instances[found.row].first_vertex;
-    let a = vertices[corners.x].vector;
-    let ab = vertices[corners.y].vector - a;
-    let ac = vertices[corners.z].vector - a;
+    let a = triangles[found.triangle].a;
+    let ab = triangles[found.triangle].b - a;
+    let ac = triangles[found.triangle].c - a;
     let from_corner = near - a;
     let face = cross(ab, ac);
     let face_normal = unit_or(face, vec3f(0.0));
@@ -126,7 +124,7 @@ fn mesh_point(found: Found, near: vec3f) -> Point {
 #ifdef SMOOTH_NORMALS
     let first_normal = instances[found.row].first_normal;
     if first_normal != NONE {
-        let at = triangle.corners + first_normal;
+        let at = triangles[found.triangle].corners + first_normal;
         let u = found.uv.x;
         let v = found.uv.y;
         let w = 1.0 - u - v;

@@ -1,10 +1,10 @@
 // What: finding hits: one walk over the two levels of trees for closest, any-hit and shadow rays.
-// Reads: nodes, triangles, vertices, instances. Writes: its own stack.
+// Reads: nodes, triangles, instances. Writes: its own stack.
 // Twin: engine/src/trace/cpu/traverse.rs.
 #define_import_path orrery::traverse
 
 #import orrery::types::{CHILD_LEAF, CHILD_NONE, InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, ROOT_OF_SPHERES, TRAVERSAL_CAPACITY}
-#import orrery::scene::{instances, nodes, triangles, vertices, view}
+#import orrery::scene::{instances, nodes, triangles, view}
 #import orrery::affine::{map_point, map_vector}
 #import orrery::slab::{SlabRay, enter_children, slab_ray, slack_ray}
 #ifdef SPHERE_TREES
@@ -205,17 +205,13 @@ fn push(depth: u32, slot: u32) -> u32 {
 #ifdef MESHES
 fn offer_triangles(probe: Probe, so_far: Found, mesh: u32, shear: Shear, origin: vec3f, first: u32, count: u32) -> Found {
     var best = so_far;
-    let corner = instances[mesh].first_vertex;
     let base = instances[mesh].first_triangle + first;
     for (var index = base; index < base + count; index++) {
-        let triangle = triangles[index];
-        let a = vertices[corner + triangle.corners.x].vector;
-        let b = vertices[corner + triangle.corners.y].vector;
-        let c = vertices[corner + triangle.corners.z].vector;
-        let hit = hit_triangle(shear, origin, a, b, c);
-        let starts_on = probe.start_row == mesh && probe.start_prim == triangle.prim;
+        let prim = triangles[index].prim;
+        let hit = hit_triangle(shear, origin, triangles[index].a, triangles[index].b, triangles[index].c);
+        let starts_on = probe.start_row == mesh && probe.start_prim == prim;
         if hit.hits && !starts_on {
-            best = offer(probe, best, Found(Key(hit.t, mesh, triangle.prim), mesh, index, vec2f(hit.u, hit.v)));
+            best = offer(probe, best, Found(Key(hit.t, mesh, prim), mesh, index, vec2f(hit.u, hit.v)));
         }
     }
     return best;

@@ -75,15 +75,21 @@ struct InstanceRow {
     material: u32,
     root: u32,
     first_triangle: u32,
-    first_vertex: u32,
+    spare: u32,
     mesh: u32,
     next_plane: u32,
     first_normal: u32,
 }
 
-struct TriangleRow {
+struct PlacedTriangleRow {
     corners: vec3u,
+    spare: u32,
+    a: vec3f,
     prim: u32,
+    b: vec3f,
+    spare_too: u32,
+    c: vec3f,
+    spare_also: u32,
 }
 
 struct VertexRow {

@@ -5,7 +5,7 @@ use std::sync::{Arc, OnceLock};
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use orrery_engine::bvh::{Child, Node4, Tree};
-use orrery_engine::frame::wire::{TriangleRow, VertexRow};
+use orrery_engine::frame::wire::{PlacedTriangleRow, TriangleRow, VertexRow};
 use orrery_engine::geom::Aabb;
 use orrery_engine::trace::gpu::trees::{DeformedMesh, MeshPlace, Rig, RigRows};
 use orrery_engine::trace::gpu::{AdapterChoice, Gpu};
@@ -248,6 +248,7 @@ fn deformed_meshes_and_their_trees_are_as_the_host_computes_them() {
         rig.nodes().expect("nodes"),
         rig.vertices().expect("vertices"),
     );
+    let triangles = rig.triangles().expect("triangles");
     let costs = rig.report().expect("a report").costs;
     for (i, (mesh, tree)) in meshes.iter().enumerate() {
         let vectors =
@@ -260,6 +261,8 @@ fn deformed_meshes_and_their_trees_are_as_the_host_computes_them() {
         }
         let positions: Vec<Vec3> = own.iter().map(vector).collect();
         check_normals(mesh, &positions, normals);
+        let placed = &triangles[places[i].first_triangle..][..tree.prims.len()];
+        check_placed(mesh, tree, &positions, placed);
         let (expected, cost) = refitted(tree, mesh, &positions);
         let found = &nodes[places[i].root..][..expected.len()];
         for (n, (found, expected)) in found.iter().zip(&expected).enumerate() {
@@ -269,6 +272,17 @@ fn deformed_meshes_and_their_trees_are_as_the_host_computes_them() {
         assert_eq!(key, 10 + i as u32);
         let error = (f64::from(own) / cost - 1.0).abs();
         assert!(error < 1e-4, "mesh {i} costs {own} there, {cost} here");
+    }
+}
+
+/// Triangles are those of the leaves, with the vertices' positions bit for bit.
+fn check_placed(mesh: &MeshData, tree: &Tree, positions: &[Vec3], rows: &[PlacedTriangleRow]) {
+    for (row, &prim) in rows.iter().zip(&tree.prims) {
+        let corners = mesh.triangles[prim as usize];
+        assert_eq!((row.corners, row.prim), (corners, prim));
+        let expected = corners.map(|v| positions[v as usize]);
+        let found = [row.a, row.b, row.c].map(Vec3::from);
+        assert_eq!(found, expected, "triangle {prim}: device, then host");
     }
 }
 

@@ -1,4 +1,5 @@
-//! Rows as the f32 tracers read them, byte for byte the structs of `shaders/shared/types.wgsl`.
+//! Rows as the f32 tracers read them, byte for byte the structs of `shaders/shared/types.wgsl`; only
+//! [`TriangleRow`] never leaves the host.
 //!
 //! A test parses the WGSL and compares names, order, offsets, sizes and constants with these.
 //! Positions are relative to the render origin (the eye), which is subtracted in f64 before rounding.
@@ -124,8 +125,8 @@ pub struct InstanceRow {
     pub root: u32,
     /// Meshes: first row of its triangles. Leaf ranges of the tree count from here.
     pub first_triangle: u32,
-    /// Meshes: first row of its vertices. Corners of triangles count from here.
-    pub first_vertex: u32,
+    /// Room for one more number.
+    pub spare: u32,
     /// Meshes: row of `FrameScene::meshes`.
     pub mesh: u32,
     /// Planes: the next one, or [`NONE`].
@@ -134,7 +135,7 @@ pub struct InstanceRow {
     pub first_normal: u32,
 }
 
-/// A triangle, in the order of its tree's leaves.
+/// A triangle of the host's, in the order of its tree's leaves: small, so that a refit reads little.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Pod, Zeroable)]
 pub struct TriangleRow {
@@ -142,6 +143,45 @@ pub struct TriangleRow {
     pub corners: [u32; 3],
     /// Triangle number in the mesh: what a hit names and what breaks ties.
     pub prim: u32,
+}
+
+/// A triangle of the device's, in the order of its tree's leaves. Positions are in place, as copies of the
+/// vertices': a ray that looked them up by number would wait for memory twice.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
+pub struct PlacedTriangleRow {
+    /// [`TriangleRow::corners`].
+    pub corners: [u32; 3],
+    /// Room for one more number.
+    pub spare: u32,
+    /// Position of the first corner.
+    pub a: [f32; 3],
+    /// [`TriangleRow::prim`].
+    pub prim: u32,
+    /// Position of the second corner.
+    pub b: [f32; 3],
+    /// Room for one more number.
+    pub spare_too: u32,
+    /// Position of the third corner.
+    pub c: [f32; 3],
+    /// Room for one more number.
+    pub spare_also: u32,
+}
+
+impl PlacedTriangleRow {
+    /// Copies the corners' positions.
+    #[inline]
+    pub fn new(triangle: &TriangleRow, position: impl Fn(u32) -> [f32; 3]) -> Self {
+        let [a, b, c] = triangle.corners.map(position);
+        Self {
+            corners: triangle.corners,
+            prim: triangle.prim,
+            a,
+            b,
+            c,
+            ..Self::default()
+        }
+    }
 }
 
 /// A vector of a vertex: its position in its mesh's space relative to the mesh's origin, or its unit normal.

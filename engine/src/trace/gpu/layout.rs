@@ -45,7 +45,7 @@ pub fn tree_bindings(kernel: Kernel) -> &'static [(&'static str, Access)] {
         Kernel::Normals => &[("jobs", Read), ("vertices", Write), ("data", Read)],
         Kernel::Refit => &[
             ("jobs", Read),
-            ("triangles", Read),
+            ("triangles", Write),
             ("nodes", Write),
             ("vertices", Read),
             ("partials", Write),

@@ -7,10 +7,13 @@ use super::context::Gpu;
 use super::layout::{Layouts, SCENE_BINDINGS, bind};
 use super::trees::SceneBuffers;
 use crate::frame::wire::{
-    InstanceRow, LightRow, MaterialRow, Node4, PassRow, TriangleRow, VertexRow, ViewRow,
+    InstanceRow, LightRow, MaterialRow, Node4, PassRow, PlacedTriangleRow, VertexRow, ViewRow,
 };
-use crate::trace::pack::{DirtyRows, Stale};
+use crate::trace::pack::{DirtyRows, PackedMesh, Stale};
 use crate::trace::{PackedScene, TraceError};
+
+/// Triangles that get their positions at a time, on their way to the device: a mebibyte of them.
+const PLACED_AT_A_TIME: usize = 1 << 14;
 
 /// Groups 0 and 1.
 pub struct SceneOnDevice {
@@ -28,6 +31,8 @@ pub struct SceneOnDevice {
     moved: bool,
     /// Rows of meshes whose vertices and boxes the device has to compute.
     undeformed: Vec<u32>,
+    /// Triangles on their way; kept for its room.
+    placed: Vec<PlacedTriangleRow>,
     /// Group 0.
     pub frame: wgpu::BindGroup,
     /// Group 1.
@@ -49,7 +54,7 @@ impl SceneOnDevice {
         let view = uniform("view", size_of::<ViewRow>() as u64);
         let passes = uniform("passes", size_of::<PassRow>() as u64);
         let nodes = rows::<Node4>(gpu, "nodes");
-        let triangles = rows::<TriangleRow>(gpu, "triangles");
+        let triangles = rows::<PlacedTriangleRow>(gpu, "triangles");
         let vertices = rows::<VertexRow>(gpu, "vertices");
         let instances = rows::<InstanceRow>(gpu, "instances");
         let materials = rows::<MaterialRow>(gpu, "materials");
@@ -72,6 +77,7 @@ impl SceneOnDevice {
             pass_stride: u64::from(alignment).max(size_of::<PassRow>() as u64),
             moved: false,
             undeformed: Vec::new(),
+            placed: Vec::new(),
         }
     }
 
@@ -90,7 +96,7 @@ impl SceneOnDevice {
             (&mut self.nodes, bytes_of_rows::<Node4>(arenas.nodes.len())),
             (
                 &mut self.triangles,
-                bytes_of_rows::<TriangleRow>(arenas.triangles.len()),
+                bytes_of_rows::<PlacedTriangleRow>(arenas.triangles.len()),
             ),
             (
                 &mut self.vertices,
@@ -142,16 +148,27 @@ impl SceneOnDevice {
             }
             let at = |start: u32, size: usize| u64::from(start) * size as u64;
             let nodes = at(mesh.place.nodes.start, size_of::<Node4>());
-            let triangles = at(mesh.place.triangles.start, size_of::<TriangleRow>());
             let vertices = at(mesh.place.vertices.start, size_of::<VertexRow>());
             written += self.nodes.write(gpu, nodes, cast_slice(mesh.nodes()));
-            if stale == Stale::All {
-                let rows = cast_slice(&mesh.triangles);
-                written += self.triangles.write(gpu, triangles, rows);
-            }
+            written += self.write_triangles(gpu, mesh);
             written += self
                 .vertices
                 .write(gpu, vertices, cast_slice(&mesh.vertices));
+        }
+        written
+    }
+
+    fn write_triangles(&mut self, gpu: &Gpu, mesh: &PackedMesh) -> u64 {
+        let mut at = bytes_of_rows::<PlacedTriangleRow>(mesh.place.triangles.start);
+        let mut written = 0;
+        let position = |vertex: u32| mesh.vertices[vertex as usize].vector;
+        for part in mesh.triangles.chunks(PLACED_AT_A_TIME) {
+            let rows = part.iter().map(|t| PlacedTriangleRow::new(t, position));
+            self.placed.clear();
+            self.placed.extend(rows);
+            let bytes = self.triangles.write(gpu, at, cast_slice(&self.placed));
+            at += bytes;
+            written += bytes;
         }
         written
     }
@@ -275,7 +292,7 @@ mod tests {
     use crate::frame::{FrameScene, TraceSettings};
     use crate::world::MeshData;
 
-    /// A strip of triangles; about 16 bytes of triangles, vertices and nodes each, nodes least.
+    /// A strip of triangles: most bytes are theirs, fewer their vertices', fewest the nodes'.
     fn packed(triangles: u32) -> PackedScene {
         let vertices =
             (0..triangles + 2).map(|i| glam::DVec3::new(f64::from(i), f64::from(i % 2), 0.0));
@@ -298,13 +315,13 @@ mod tests {
         let layouts = Layouts::new(&gpu);
         let mut on_device = SceneOnDevice::new(&gpu, &layouts);
         let before = on_device.scene.clone();
-        let mut large = packed(most as u32 / size_of::<VertexRow>() as u32);
+        let mut large = packed(most as u32 / size_of::<PlacedTriangleRow>() as u32 + 1);
         let too_large = on_device.upload(&gpu, &layouts, &mut large);
         assert!(
             matches!(&too_large, Err(TraceError::TooLarge(_))),
             "{too_large:?}"
         );
-        let mut small = packed(most as u32 / size_of::<VertexRow>() as u32 / 8);
+        let mut small = packed(most as u32 / size_of::<PlacedTriangleRow>() as u32 / 8);
         let written = on_device.upload(&gpu, &layouts, &mut small);
         let nodes = size_of_val(small.meshes[0].nodes());
         assert!(

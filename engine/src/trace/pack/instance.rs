@@ -26,7 +26,7 @@ pub const VACANT: InstanceRow = InstanceRow {
     material: 0,
     root: 0,
     first_triangle: 0,
-    first_vertex: 0,
+    spare: 0,
     mesh: NONE,
     next_plane: NONE,
     first_normal: NONE,
@@ -184,7 +184,6 @@ fn mesh_row(world: &DAffine3, id: u32, mesh: &PackedMesh) -> Packed {
     let (mut row, placed, padded) = affine_row(KIND_MESH, world, &recentre, mesh.bounds);
     row.root = mesh.place.nodes.start | mesh.root_flag();
     row.first_triangle = mesh.place.triangles.start;
-    row.first_vertex = mesh.place.vertices.start;
     row.first_normal = mesh.first_normal();
     row.mesh = id;
     (row, placed, padded)

@@ -26,7 +26,7 @@ pub enum Stale {
     /// Nothing.
     #[default]
     Nothing,
-    /// Vertices and boxes.
+    /// Vertices and boxes, and the positions that its triangles copy.
     Deformed,
     /// Everything.
     All,

@@ -2,8 +2,8 @@
 //!
 //! The tracer plans a frame's work ([`DeviceTrees::deform`], [`DeviceTrees::refit`],
 //! [`DeviceTrees::instances`], in this order), then submits it as one compute pass ahead of its picture. What
-//! must be resident: the nodes (topology and leaves) and triangles of each mesh as [`crate::bvh::Tree`] lays
-//! them out, and room for its vertices. Vertices never pass through the host. Boxes come out as the host's
+//! must be resident: the nodes (topology and leaves) and triangles (but for positions) of each mesh as
+//! [`crate::bvh::Tree`] lays them out, and room for its vertices. Vertices never pass through the host. Boxes come out as the host's
 //! refit would compute them from the same vertices, bit for bit. The report (2008) left moving objects out;
 //! refitting by levels follows Wald, Boulos and Shirley 2007, "Ray Tracing Deformable Scenes using Dynamic
 //! Bounding Volume Hierarchies", section 4.
@@ -78,7 +78,7 @@ pub struct DeformedMesh<'a> {
 pub struct SceneBuffers<'a> {
     /// [`crate::frame::wire::Node4`]s.
     pub nodes: &'a wgpu::Buffer,
-    /// [`crate::frame::wire::TriangleRow`]s.
+    /// [`crate::frame::wire::PlacedTriangleRow`]s.
     pub triangles: &'a wgpu::Buffer,
     /// Positions and normals, 16 bytes each.
     pub vertices: &'a wgpu::Buffer,
@@ -181,7 +181,7 @@ impl DeviceTrees {
         Ok(())
     }
 
-    /// Plans new boxes from the vertices as they will be by then, and what the trees cost; call it once a
+    /// Plans new boxes, and new positions in triangles, from the vertices as they will be by then, and what the trees cost; call it once a
     /// plan.
     ///
     /// # Errors

@@ -6,7 +6,7 @@ use bytemuck::{Pod, cast_slice, pod_read_unaligned};
 
 use super::{DeformedMesh, DeviceTrees, InstanceBuild, MeshPlace, Plan, SceneBuffers, TreesReport};
 use crate::bvh::Node4;
-use crate::frame::wire::{BoxRow, BuildRow, TriangleRow, VertexRow};
+use crate::frame::wire::{BoxRow, BuildRow, PlacedTriangleRow, TriangleRow, VertexRow};
 use crate::trace::gpu::buffers::{create, read};
 use crate::trace::gpu::context::Gpu;
 use crate::trace::{PassTime, TraceError};
@@ -16,7 +16,7 @@ use crate::trace::{PassTime, TraceError};
 pub struct RigRows {
     /// Nodes of meshes, and room for a tree over the boxes.
     pub nodes: Vec<Node4>,
-    /// Triangles in the order of leaves.
+    /// Triangles in the order of leaves; where their corners are, a refit finds.
     pub triangles: Vec<TriangleRow>,
     /// Positions and normals.
     pub vertices: Vec<VertexRow>,
@@ -41,9 +41,12 @@ impl Rig {
     /// # Errors
     /// [`TraceError::Device`].
     pub fn new(gpu: Arc<Gpu>, rows: &RigRows) -> Result<Self, TraceError> {
+        let nowhere = |_| [f32::NAN; 3];
+        let place = |triangle| PlacedTriangleRow::new(triangle, nowhere);
+        let triangles: Vec<_> = rows.triangles.iter().map(place).collect();
         let rig = Self {
             nodes: upload(&gpu, "nodes", &rows.nodes),
-            triangles: upload(&gpu, "triangles", &rows.triangles),
+            triangles: upload(&gpu, "triangles", &triangles),
             vertices: upload(&gpu, "vertices", &rows.vertices),
             boxes: upload(&gpu, "boxes", &rows.boxes),
             box_count: rows.boxes.len() as u32,
@@ -96,6 +99,14 @@ impl Rig {
     /// [`TraceError::Device`].
     pub fn nodes(&self) -> Result<Vec<Node4>, TraceError> {
         self.rows(&self.nodes)
+    }
+
+    /// Triangles as they are now.
+    ///
+    /// # Errors
+    /// [`TraceError::Device`].
+    pub fn triangles(&self) -> Result<Vec<PlacedTriangleRow>, TraceError> {
+        self.rows(&self.triangles)
     }
 
     /// Vertices as they are now.

@@ -9,7 +9,7 @@ use crate::frame::{Features, FrameScene, Instance, Light, LightKind, Shape, Trac
 use crate::trace::cpu::CpuTracer;
 use crate::trace::gpu::{AdapterChoice, Gpu, GpuTracer};
 use crate::trace::{Picture, Query, Ray, Tracer};
-use crate::world::{DeformStep, Deformation, Material, MeshData, MeshRow};
+use crate::world::{DeformStep, Deformation, Material, MeshData, MeshRow, Structure};
 
 /// A smooth tube of many triangles, open at its ends.
 fn tube() -> MeshData {
@@ -187,6 +187,27 @@ fn pictures_of_deformed_meshes_need_no_vertex_of_the_host() {
     let expected = cpu.intersect(&[ray], Query::Closest).expect("answers");
     assert_eq!(found[0].instance, expected[0].instance);
     assert!((found[0].t - expected[0].t).abs() < 1e-4);
+}
+
+#[test]
+fn pictures_of_meshes_that_the_host_deforms_follow_it() {
+    let mesh = Arc::new(tube());
+    let (mut gpu, mut cpu) = (open(), CpuTracer::new());
+    let mut frame = scene(mesh, None);
+    let most = 160 * 120 / 200;
+    for by in [0.5, 1.5] {
+        let row = MeshRow {
+            deformation: Some(bent(by)),
+            structure: Structure::Spheres { leaf: 4 },
+            ..frame.meshes[0].clone()
+        };
+        frame.meshes.replace(0, row);
+        frame.features = Features::of(&frame);
+        let (found, expected) = (picture(&mut gpu, &frame), picture(&mut cpu, &frame));
+        assert!(!gpu.packed.meshes[0].is_left_to_device());
+        let wrong = differing(&found, &expected);
+        assert!(wrong <= most, "{wrong} pixels differ at {by}");
+    }
 }
 
 #[test]
