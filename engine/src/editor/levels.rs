@@ -61,6 +61,7 @@ fn say(ui: &Ui, words: String) {
         .fixed_pos(picture.right_bottom() - egui::vec2(12.0, 12.0))
         .interactable(false)
         .show(ui.context(), |ui| {
-            theme::card().show(ui, |ui| ui.label(words));
+            // On one line: an area that has just come does not know yet how much room there is.
+            theme::card().show(ui, |ui| ui.add(egui::Label::new(words).extend()));
         });
 }

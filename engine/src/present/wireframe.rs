@@ -21,7 +21,7 @@ const HALF_WIDTH: f32 = 0.75 / 720.0;
 const OPACITY: [f32; 2] = [0.95, 0.45];
 /// Half the extent in picture heights below which a volume is fainter, or a heap of small ones is a blot. It is
 /// that of the middle of the three sides: the long edges of a rod lie as close as those of a small box.
-const SMALL: f32 = 10.0 / 720.0;
+const SMALL: f32 = 24.0 / 720.0;
 /// Opacity of the smallest, as a share.
 const FAINTEST: f32 = 0.16;
 
