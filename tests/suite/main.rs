@@ -3,7 +3,6 @@
 mod bench;
 mod cli;
 mod device_instances;
-mod device_speed;
 mod device_trees;
 mod gpu;
 mod ground_truth;

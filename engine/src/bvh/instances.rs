@@ -96,6 +96,8 @@ pub struct InstanceTree {
     clusters: Clusters,
     /// Rows in the tree.
     live: usize,
+    /// Levels of the tree, with those that rows which came have added.
+    deepest: usize,
     /// Slots left free by rows that went.
     free: usize,
     /// Half the areas of all slots.
@@ -130,6 +132,7 @@ impl Default for InstanceTree {
             tree: RowTree::default(),
             clusters: Clusters::default(),
             live: 0,
+            deepest: 0,
             free: 0,
             area: 0.0,
             cost: 0.0,
@@ -153,11 +156,6 @@ impl InstanceTree {
     /// The nodes; leaves hold one row each, their `first` being its number.
     pub fn nodes(&self) -> &[Node4] {
         &self.tree.nodes
-    }
-
-    /// Levels as in [`super::Tree::levels`]; nodes behind the last were put in since the tree was built.
-    pub fn levels(&self) -> &[u32] {
-        &self.tree.levels
     }
 
     /// Ranges of nodes that the last update wrote to, in order, apart from one another.
@@ -259,13 +257,13 @@ impl InstanceTree {
         let changes = std::mem::take(&mut self.changes);
         let Changes { moved, came, went } = &changes;
         let all = self.paths.of(moved.len()) > self.refits.of(self.live);
-        let mut deepest = self.tree.levels.len();
         for &row in went {
             self.tree.remove_row(row, &mut self.trail);
         }
         for &row in came {
             self.tree.insert_row(row, grown(row), &mut self.trail);
-            deepest = deepest.max(self.tree.depth_of(self.tree.places[row as usize]));
+            let depth = self.tree.depth_of(self.tree.places[row as usize]);
+            self.deepest = self.deepest.max(depth);
         }
         if !all {
             for &row in moved {
@@ -283,7 +281,7 @@ impl InstanceTree {
             self.refit(boxes);
         }
         let too_deep =
-            has_come && deepest > SAFE_DEPTH && stack_need(&self.tree.nodes) > STACK_SHARE;
+            has_come && self.deepest > SAFE_DEPTH && stack_need(&self.tree.nodes) > STACK_SHARE;
         if too_deep || self.cost > MOST_DRIFT * self.cost_when_built {
             TreeAction::Rebuild
         } else if all {
@@ -331,6 +329,7 @@ impl InstanceTree {
         self.free = 0;
         self.cost = total_cost(&self.tree.nodes);
         self.cost_when_built = self.cost;
+        self.deepest = self.tree.levels.len();
         self.area = f64::from(self.cost) * self.root_area();
         self.note_all_dirty();
         let price = if carefully {

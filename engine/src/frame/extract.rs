@@ -8,6 +8,8 @@ mod shapes;
 
 use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
 use bevy_ecs::prelude::*;
+use std::sync::Arc;
+
 use glam::{DAffine3, DVec3};
 
 use self::lights::extract_lights;
@@ -17,7 +19,7 @@ use super::{Features, FrameScene, Instance, Shape, TraceSettings, View, ViewProj
 use crate::app::Engine;
 use crate::schedule::FrameSet;
 use crate::world::{
-    ActiveCamera, Background, Camera, GlobalTransform, GlobalVisibility, Material, Meshes,
+    ActiveCamera, Background, Camera, Changes, GlobalTransform, GlobalVisibility, Material, Meshes,
     Projection, TraceDepth, any_changed, picture_camera,
 };
 
@@ -129,20 +131,36 @@ fn extract_materials(
     }
 }
 
-fn extract_meshes(mut scene: ResMut<FrameScene>, meshes: Res<Meshes>, mut rows: ResMut<Rows>) {
-    if scene.meshes.version() != meshes.rows().version() {
-        scene.meshes.clone_from(meshes.rows());
-        rows.restructured = true;
+fn extract_meshes(
+    mut scene: ResMut<FrameScene>,
+    meshes: Res<Meshes>,
+    mut rows: ResMut<Rows>,
+    mut seen: Local<u64>,
+) {
+    match meshes.rows().changes_since(*seen) {
+        Changes::None => return,
+        Changes::Rows(changed) if meshes.rows().len() == scene.meshes.len() => {
+            for &row in changed {
+                let (old, new) = (&scene.meshes[row as usize], &meshes.rows()[row as usize]);
+                let is_alike = Arc::ptr_eq(&old.data, &new.data) && old.structure == new.structure;
+                rows.restructured |= !is_alike;
+                scene.meshes.replace(row, new.clone());
+            }
+        }
+        Changes::Rows(_) | Changes::All => {
+            scene.meshes.clone_from(meshes.rows());
+            rows.restructured = true;
+        }
     }
+    *seen = meshes.rows().version();
 }
 
 fn extract_view(
     mut scene: ResMut<FrameScene>,
     active: Res<ActiveCamera>,
-    background: Res<Background>,
-    depth: Res<TraceDepth>,
-    settings: Res<TraceSettings>,
+    (background, depth, settings): (Res<Background>, Res<TraceDepth>, Res<TraceSettings>),
     cameras: Query<(Entity, &Camera, &GlobalTransform, &GlobalVisibility)>,
+    rows: Res<Rows>,
     mut last: Local<Option<(u64, f64)>>,
 ) {
     scene.background = background.0;
@@ -158,7 +176,7 @@ fn extract_view(
         return;
     }
     let of = (scene.instances.version(), aspect);
-    if last.replace(of) != Some(of) {
+    if last.replace(of) != Some(of) || rows.restructured {
         scene.view = overview(&scene, aspect);
     }
 }

@@ -19,6 +19,7 @@ mod rows;
 
 use std::ops::Range;
 
+use glam::DVec3;
 use rayon::prelude::*;
 
 pub use self::dirty::DirtyRows;
@@ -67,8 +68,12 @@ pub struct PackedScene {
     changed_meshes: Vec<u32>,
     /// Builds new trees for worn ones off the frame.
     rebuilder: Rebuilder,
+    /// Meshes of which a device's copy lacks something.
+    stale_meshes: Vec<u32>,
     /// Versions of materials, meshes and lights that are packed.
     seen: [u64; 3],
+    /// The eye that lights are relative to.
+    eye: DVec3,
     features: Features,
 }
 
@@ -88,9 +93,7 @@ impl PackedScene {
         self.trees_updated = 0;
         self.update_meshes(scene);
         self.replace_worn_trees();
-        let mut rows = std::mem::take(&mut self.changed_meshes);
-        rows.sort_unstable();
-        rows.dedup();
+        let rows = sorted(std::mem::take(&mut self.changed_meshes));
         self.trees_updated = rows.len() as u64;
         self.changed_meshes = rows;
     }
@@ -98,7 +101,7 @@ impl PackedScene {
     fn update_meshes(&mut self, scene: &FrameScene) {
         let changed: Vec<u32> = match scene.meshes.changes_since(self.seen[1]) {
             Changes::None => return,
-            Changes::Rows(rows) => rows.to_vec(),
+            Changes::Rows(rows) => sorted(rows.to_vec()),
             Changes::All => (0..scene.meshes.len() as u32).collect(),
         };
         self.seen[1] = scene.meshes.version();
@@ -116,7 +119,8 @@ impl PackedScene {
             let (mesh, now) = (&mut self.meshes[row as usize], &scene.meshes[row as usize]);
             if mesh.is_of(now) && mesh.deform(now) {
                 self.changed_meshes.push(row);
-            } else if !mesh.is_of(now) && work.iter().all(|(other, _)| *other != row) {
+            } else if !mesh.is_of(now) {
+                self.rebuilder.cancel(u64::from(row));
                 work.push((row, PackedMesh::default()));
             }
         }
@@ -166,11 +170,15 @@ impl PackedScene {
         }
         let lights = scene.lights.changes_since(self.seen[2]) != Changes::None;
         let eye = scene.view.origin;
-        let rows = scene.lights.iter().map(|light| light_row(light, eye));
-        self.lights.assign(rows);
+        if lights || self.eye != eye {
+            let rows = scene.lights.iter().map(|light| light_row(light, eye));
+            self.lights.assign(rows);
+            self.eye = eye;
+        }
         self.seen[0] = scene.materials.version();
         self.seen[2] = scene.lights.version();
         let changed_meshes = std::mem::take(&mut self.changed_meshes);
+        self.stale_meshes.extend_from_slice(&changed_meshes);
         self.instances.update(scene, &self.meshes, &changed_meshes);
         if self.instances.tree_work().action != TreeAction::None {
             self.trees_updated += 1;
@@ -242,6 +250,23 @@ impl PackedScene {
         self.instances.tree_work().nodes.into()
     }
 
+    /// A device's copy of all this is not to be relied on any more.
+    pub fn lose_copy(&mut self) {
+        self.stale_meshes = (0..self.meshes.len() as u32).collect();
+        self.meshes
+            .iter_mut()
+            .for_each(|mesh| mesh.stale = Stale::All);
+        self.instances.rows.all_mut();
+        self.instances.lose_nodes();
+        self.materials.all_mut();
+        self.lights.all_mut();
+    }
+
+    /// Meshes of which a device's copy lacks something; from now on it has them.
+    pub fn take_stale_meshes(&mut self) -> Vec<u32> {
+        std::mem::take(&mut self.stale_meshes)
+    }
+
     /// Takes every change for copied: for tracers that read these rows themselves. The bytes of rows and nodes
     /// that a copy would have taken; those of meshes are not in it.
     pub fn keep_no_copy(&mut self) -> u64 {
@@ -272,3 +297,13 @@ fn bytes_of<T>(ranges: &[Range<u32>]) -> u64 {
         .sum();
     rows * size_of::<T>() as u64
 }
+
+/// In order, each once.
+fn sorted(mut rows: Vec<u32>) -> Vec<u32> {
+    rows.sort_unstable();
+    rows.dedup();
+    rows
+}
+
+#[cfg(test)]
+mod tests;

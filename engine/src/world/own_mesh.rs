@@ -12,6 +12,7 @@ use bevy_ecs::entity::EntityHashSet;
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
 
+use super::polygon::POLYGON;
 use super::{
     DeformStep, Deformation, GlobalTransform, KeyFrames, Mesh, MeshData, MeshRow, Meshes, Morph,
     OwnMesh, Polygon, Skin, Structure, Twist, Wave, any_changed, triangulate,
@@ -185,7 +186,10 @@ fn row_of(
     let data = match (mesh, polygon) {
         (Some(mesh), _) => Arc::clone(meshes.get(mesh.0)?),
         (None, Some(polygon)) => match own {
-            Some(own) if !polygon.is_changed() => Arc::clone(meshes.get(own.0)?),
+            // Unless the row may be that of a mesh the entity had: those come from a file, or have a name.
+            Some(own) if !polygon.is_changed() && was_cut(meshes.get(own.0)?) => {
+                Arc::clone(meshes.get(own.0)?)
+            }
             _ => Arc::new(triangulate(polygon).unwrap_or_else(|why| {
                 problems.push(why);
                 MeshData::default()
@@ -218,6 +222,11 @@ fn row_of(
         deformation: (!steps.is_empty()).then(|| Arc::new(Deformation { steps })),
         structure: structure.copied().unwrap_or_default(),
     })
+}
+
+/// Whether a mesh is a polygon's triangles.
+fn was_cut(mesh: &MeshData) -> bool {
+    mesh.name == POLYGON && mesh.path.is_empty()
 }
 
 /// Puts a row into the store, unless it is there already.

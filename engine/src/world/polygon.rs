@@ -7,6 +7,9 @@ use glam::DVec3;
 
 use super::{MeshData, Polygon};
 
+/// Name of the mesh that a polygon is cut into.
+pub(super) const POLYGON: &str = "polygon";
+
 /// Triangles that cover the polygon's inside once.
 ///
 /// # Errors
@@ -41,7 +44,7 @@ pub fn triangulate(polygon: &Polygon) -> Result<MeshData, String> {
     if triangles.is_empty() {
         return Err("no triangle came out of cutting it".into());
     }
-    MeshData::new("polygon", vertices, Vec::new(), triangles)
+    MeshData::new(POLYGON, vertices, Vec::new(), triangles)
 }
 
 /// Twice the area times the unit normal of a loop (Newell's method: robust for concave loops).

@@ -79,7 +79,7 @@ impl Tracer for CpuTracer {
 
     fn render(&mut self) -> Result<(), TraceError> {
         if !std::mem::take(&mut self.is_due) {
-            self.counters = Counters::default();
+            self.counters = self.work_done();
             return Ok(());
         }
         let start = Instant::now();
@@ -104,9 +104,7 @@ impl Tracer for CpuTracer {
                 scratch.counters
             })
             .reduce(Counters::default, |a, b| a + b);
-        self.counters.trees_updated = packed.trees_updated;
-        self.counters.tree_nodes = packed.tree_nodes_written();
-        self.counters.bytes_uploaded = self.bytes_written;
+        self.counters = self.counters + self.work_done();
         let pass = PassTime::since("whitted", start);
         self.packed.instances.note_trace_time(pass.millis * 1e6);
         self.passes.push(pass);
@@ -138,6 +136,18 @@ impl Tracer for CpuTracer {
 
     fn pass_times(&self) -> Vec<PassTime> {
         self.passes.clone()
+    }
+}
+
+impl CpuTracer {
+    /// What bringing rows and trees up to the frame took, rays aside.
+    fn work_done(&self) -> Counters {
+        Counters {
+            trees_updated: self.packed.trees_updated,
+            tree_nodes: self.packed.tree_nodes_written(),
+            bytes_uploaded: self.bytes_written,
+            ..Counters::default()
+        }
     }
 }
 

@@ -133,6 +133,16 @@ impl GpuTracer {
         self.tree_millis = None;
     }
 
+    /// Brings the device up to the packed frame; returns the bytes written.
+    fn write_changes(&mut self) -> Result<u64, TraceError> {
+        let rows = self
+            .on_device
+            .upload(&self.gpu, &self.layouts, &mut self.packed)?;
+        let trees = self.update_trees()?;
+        self.gpu.check()?;
+        Ok(rows + trees)
+    }
+
     /// Has the device deform and refit what is deformed otherwise than before, and build the tree over instances
     /// where that is its part; returns the bytes written.
     fn update_trees(&mut self) -> Result<u64, TraceError> {
@@ -241,17 +251,19 @@ impl Tracer for GpuTracer {
             .push(PassTime::since("rows and instance tree", start));
         self.host_passes.push(self.packed.tree_time());
         let start = Instant::now();
-        let written = self
-            .on_device
-            .upload(&self.gpu, &self.layouts, &mut self.packed)?;
-        let written = written + self.update_trees()?;
+        let written = self.write_changes();
+        if written.is_err() {
+            // Whatever did get there, the next frame brings everything.
+            self.packed.lose_copy();
+        }
+        let written = written?;
         self.host_passes.push(PassTime::since("upload", start));
         self.counters.bytes_uploaded = written;
         self.counters.trees_updated = self.packed.trees_updated;
         self.counters.tree_nodes = self.packed.tree_nodes_written();
         let generations = self.packed.view.max_generations;
         self.special = Some(Specialisation::new(scene.features, generations));
-        self.gpu.check()
+        Ok(())
     }
 
     fn render(&mut self) -> Result<(), TraceError> {
@@ -280,9 +292,10 @@ impl Tracer for GpuTracer {
             self.submit_bands(&pipeline, &target, &bands, &offsets);
             target.traced = true;
             self.target = Some(target);
-            self.is_due = false;
         }
-        self.gpu.check()
+        self.gpu.check()?;
+        self.is_due = false;
+        Ok(())
     }
 
     fn picture(&mut self) -> Result<Picture, TraceError> {

@@ -107,11 +107,7 @@ impl SceneOnDevice {
             if buffer.reserve(gpu, size)? {
                 // The new buffer holds nothing.
                 self.moved = true;
-                packed
-                    .meshes
-                    .iter_mut()
-                    .for_each(|mesh| mesh.stale = Stale::All);
-                packed.instances.lose_nodes();
+                packed.lose_copy();
             }
         }
         let mut written = self.write_meshes(gpu, packed);
@@ -135,7 +131,10 @@ impl SceneOnDevice {
 
     fn write_meshes(&mut self, gpu: &Gpu, packed: &mut PackedScene) -> u64 {
         let mut written = 0;
-        for (row, mesh) in (0..).zip(packed.meshes.iter_mut()) {
+        for row in packed.take_stale_meshes() {
+            let Some(mesh) = packed.meshes.get_mut(row as usize) else {
+                continue;
+            };
             let stale = std::mem::take(&mut mesh.stale);
             if stale == Stale::Nothing {
                 continue;

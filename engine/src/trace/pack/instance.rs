@@ -143,7 +143,8 @@ pub fn instance_row<'a>(instance: &Instance, mesh: impl FnOnce(u32) -> &'a Packe
     if (center + padded.low).is_finite() && (center + padded.high).is_finite() {
         (row, placed, padded)
     } else {
-        NOTHING
+        let mesh = row.mesh;
+        (InstanceRow { mesh, ..VACANT }, NOTHING.1, NOTHING.2)
     }
 }
 
@@ -178,7 +179,8 @@ fn affine_row(kind: u32, world: &DAffine3, local_from_unit: &DAffine3, local: Aa
 
 fn mesh_row(world: &DAffine3, id: u32, mesh: &PackedMesh) -> Packed {
     if mesh.nodes().is_empty() {
-        return NOTHING;
+        // It still names the mesh, which may get triangles.
+        return (InstanceRow { mesh: id, ..VACANT }, NOTHING.1, NOTHING.2);
     }
     let recentre = DAffine3::from_translation(mesh.source.data.origin);
     let (mut row, placed, padded) = affine_row(KIND_MESH, world, &recentre, mesh.bounds);

@@ -167,7 +167,7 @@ impl PackedInstances {
         self.is_build_due = false;
         let moved = if was_on_device { None } else { moved };
         let work = self.tree.update(&self.boxes, moved);
-        if was_on_device {
+        if was_on_device || work.action == TreeAction::Rebuild {
             self.lose_nodes();
         } else {
             self.stale_nodes.extend_from_slice(self.tree.dirty());

@@ -241,8 +241,8 @@ impl PackedMesh {
             self.stale_reports = REPORTS_UNDER_WAY;
             self.cost = self.fresh_cost;
         } else {
+            self.fresh_cost = self.tree.cost();
             self.refit();
-            self.fresh_cost = self.cost;
         }
     }
 
