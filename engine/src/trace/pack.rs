@@ -16,6 +16,7 @@ mod instances;
 mod mesh;
 mod reach;
 mod rows;
+mod users;
 
 use std::ops::Range;
 
@@ -236,6 +237,7 @@ impl PackedScene {
         let work = self.instances.tree_work();
         PassTime {
             name: match work.action {
+                _ if self.instances.is_on_device() => "instance tree: left to the device",
                 TreeAction::None => "instance tree kept",
                 TreeAction::Paths => "instance tree: paths",
                 TreeAction::Refit => "instance tree: refit",

@@ -12,6 +12,7 @@ use rayon::prelude::*;
 use super::dirty::DirtyRows;
 use super::instance::{NOTHING, Packed, PaddedBox, Placed, instance_row};
 use super::mesh::PackedMesh;
+use super::users::Users;
 use crate::bvh::{InstanceTree, Node4, TreeAction, TreeWork};
 use crate::frame::wire::{InstanceRow, KIND_PLANE, NONE};
 use crate::frame::{FrameScene, Instance};
@@ -27,40 +28,6 @@ const BUSY_SHARE: usize = 8;
 /// Nodes that a tree over so many boxes may take, whoever builds it: all but one of the boxes need a node.
 pub fn most_nodes(boxes: u32) -> u32 {
     boxes.saturating_sub(1).max(1)
-}
-
-/// Rows of instances of each mesh; some may show another mesh by now, and some are named twice.
-#[derive(Default)]
-struct Users {
-    of_mesh: Vec<Vec<u32>>,
-    noted: usize,
-}
-
-impl Users {
-    fn of(&self, mesh: u32) -> &[u32] {
-        self.of_mesh.get(mesh as usize).map_or(&[], Vec::as_slice)
-    }
-
-    /// Notes what a row shows now; what it showed before is left for the next count.
-    fn note(&mut self, row: u32, rows: &[InstanceRow]) {
-        if self.noted > 2 * rows.len() + 1024 {
-            return self.count(rows);
-        }
-        let mesh = rows[row as usize].mesh;
-        if mesh != NONE {
-            if mesh as usize >= self.of_mesh.len() {
-                self.of_mesh.resize_with(mesh as usize + 1, Vec::new);
-            }
-            self.of_mesh[mesh as usize].push(row);
-            self.noted += 1;
-        }
-    }
-
-    fn count(&mut self, rows: &[InstanceRow]) {
-        self.of_mesh.iter_mut().for_each(Vec::clear);
-        self.noted = 0;
-        (0..rows.len() as u32).for_each(|row| self.note(row, rows));
-    }
 }
 
 /// See the module.
@@ -139,7 +106,7 @@ impl PackedInstances {
     }
 
     /// Brings the tree up to the boxes, of which these changed, or any. Where most of many move, frame after
-    /// frame, and a device keeps the tree, the device builds it: what goes over to it is the boxes either way.
+    /// frame, and a device keeps the tree, the device builds it, for which the boxes go over instead of nodes.
     fn follow(&mut self, moved: Option<&[u32]>) -> TreeWork {
         if self.on_device && moved.is_some_and(<[u32]>::is_empty) {
             return TreeWork::default();
