@@ -44,6 +44,7 @@ pub fn set_with_warnings(
         size: common.size.unwrap_or(size),
         samples_per_axis: common.samples.per_axis,
         max_generations: common.depth,
+        ..TraceSettings::default()
     });
     engine.world.resource_mut::<Time>().frames_per_sec = frames_per_sec;
     engine

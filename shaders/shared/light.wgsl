@@ -7,7 +7,7 @@
 #import orrery::scene::{instances, lights, materials, view}
 #import orrery::affine::unit_or
 #import orrery::slab::FARTHEST
-#import orrery::surface::{Surface, origin_towards}
+#import orrery::surface::{Surface, excluded_row, origin_towards}
 #import orrery::traverse::{Probe, key_after, key_before, trace}
 #import orrery::counters::shadow_rays
 
@@ -97,7 +97,7 @@ fn shadow(surface: Surface, light: LightRow, to_light: vec3f) -> vec3f {
     let origin = origin_towards(surface, to_light);
     let beam = beam_to(light, origin);
     var probe = Probe(
-        origin, beam.dir, key_after(0.0), key_before(beam.distance), surface.row, surface.prim, true,
+        origin, beam.dir, key_after(0.0), key_before(beam.distance), excluded_row(surface), surface.prim, true,
     );
 #ifdef TRANSMISSION
     probe.any = false;

@@ -7,7 +7,7 @@
 #import orrery::scene::{materials, view}
 #import orrery::affine::unit_or
 #import orrery::slab::FARTHEST
-#import orrery::surface::{Surface, origin_towards, resolve}
+#import orrery::surface::{Surface, excluded_row, origin_towards, resolve}
 #import orrery::traverse::{Probe, key_after, key_before, trace}
 #import orrery::light::local_light
 #ifdef REFLECTION
@@ -178,7 +178,7 @@ fn spawn(ray: Travel, surface: Surface, dir: vec3f, weight: vec3f) -> Travel {
     next.origin = origin_towards(surface, dir);
     next.generation = ray.generation + 1u;
     next.dir = dir;
-    next.start_row = surface.row;
+    next.start_row = excluded_row(surface);
     next.weight = weight;
     next.start_prim = surface.prim;
 #ifdef TRANSMISSION

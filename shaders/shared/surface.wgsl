@@ -18,6 +18,11 @@ const GAMMA_THREE: f32 = 1.78813966e-7;
 const GAMMA_FOUR: f32 = 2.38418636e-7;
 const GAMMA_FIVE: f32 = 2.98023313e-7;
 
+#ifdef FIXED_OFFSETS
+// engine/src/frame/kernels.rs says what it is for.
+const FIXED_OFFSET: f32 = 1e-4;
+#endif
+
 struct Surface {
     position: vec3f,
     // Bound on the position's rounding error, per axis.
@@ -84,8 +89,21 @@ fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
 
 // Where a ray along `dir` starts: moved along the normal by the error's extent there (pbrt-v4, 6.8.6).
 fn origin_towards(surface: Surface, dir: vec3f) -> vec3f {
+#ifdef FIXED_OFFSETS
+    let reach = FIXED_OFFSET;
+#else
     let reach = dot(abs(surface.n_geom), surface.error + abs(surface.position) * GAMMA_ONE);
+#endif
     return surface.position + surface.n_geom * select(-reach, reach, dot(surface.n_geom, dir) >= 0.0);
+}
+
+// The instance row that a ray from here must not meet.
+fn excluded_row(surface: Surface) -> u32 {
+#ifdef FIXED_OFFSETS
+    return NONE;
+#else
+    return surface.row;
+#endif
 }
 
 // What a local point errs by on the way to render space and back: see engine/src/geom/offset.rs.

@@ -6,7 +6,7 @@
 #import orrery::types::{CHILD_LEAF, CHILD_NONE, InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, ROOT_OF_SPHERES, TRAVERSAL_CAPACITY}
 #import orrery::scene::{instances, nodes, triangles, view}
 #import orrery::affine::{map_point, map_vector}
-#import orrery::slab::{SlabRay, enter_children, slab_ray, slack_ray}
+#import orrery::slab::{SlabRay, enter_children, tree_ray}
 #ifdef SPHERE_TREES
 #import orrery::slab::{Entered, enter_spheres}
 #endif
@@ -18,6 +18,7 @@
 #endif
 #ifdef CUBOIDS
 #import orrery::cuboid::hit_cuboid
+#import orrery::slab::slab_ray
 #endif
 
 // 1 + 8 ulp: a box may begin so far behind the best hit and still hold one that ties with it.
@@ -109,7 +110,7 @@ fn trace_planes(probe: Probe, so_far: Found) -> Found {
 fn trace_trees(probe: Probe, so_far: Found) -> Found {
     var best = so_far;
     let slack = (abs(probe.origin) + abs(view.eye_from_anchor)) * ORIGIN_SLACK;
-    let world = slack_ray(probe.origin + view.eye_from_anchor, slack, probe.dir);
+    let world = tree_ray(probe.origin + view.eye_from_anchor, slack, probe.dir);
     var ray = world;
     var root = view.root;
     var depth = 0u;
@@ -152,7 +153,7 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
             } else if instances[first].kind == KIND_MESH {
                 let rows = instances[first].local_from_world;
                 let dir = map_vector(rows, probe.dir);
-                ray = slab_ray(map_point(rows, probe.origin), dir);
+                ray = tree_ray(map_point(rows, probe.origin), vec3f(0.0), dir);
                 shear = make_shear(dir);
                 root = instances[first].root & ~ROOT_OF_SPHERES;
 #ifdef SPHERE_TREES

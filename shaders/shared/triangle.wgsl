@@ -1,8 +1,14 @@
 // What: the watertight ray-triangle test (Woop, Benthin, Wald, JCGT 2:1, 2013), without f64.
 // Reads: nothing. Writes: nothing.
-// Twin: engine/src/geom/triangle.rs.
+// Twin: engine/src/geom/triangle.rs, and engine/src/geom/moller_trumbore.rs.
 #define_import_path orrery::triangle
 
+#ifdef UNSHARED_EDGES
+// The direction, which is all this test needs of a ray beside its origin.
+struct Shear {
+    dir: vec3f,
+}
+#else
 // The shear of one ray direction; shared by all its triangles.
 struct Shear {
     // Longest axis of the direction.
@@ -11,6 +17,7 @@ struct Shear {
     swapped: bool,
     shear: vec3f,
 }
+#endif
 
 struct TriangleHit {
     hits: bool,
@@ -19,6 +26,35 @@ struct TriangleHit {
     v: f32,
 }
 
+#ifdef UNSHARED_EDGES
+fn make_shear(dir: vec3f) -> Shear {
+    return Shear(dir);
+}
+
+// Möller and Trumbore (1997), as printed: neighbours round their shared edge differently, so it leaks.
+fn hit_triangle(ray: Shear, origin: vec3f, corner_a: vec3f, corner_b: vec3f, corner_c: vec3f) -> TriangleHit {
+    let miss = TriangleHit(false, 0.0, 0.0, 0.0);
+    let ab = corner_b - corner_a;
+    let ac = corner_c - corner_a;
+    let p = cross(ray.dir, ac);
+    let det = dot(ab, p);
+    if det == 0.0 {
+        return miss;
+    }
+    let inverse = 1.0 / det;
+    let from_corner = origin - corner_a;
+    let u = dot(from_corner, p) * inverse;
+    if u < 0.0 || u > 1.0 {
+        return miss;
+    }
+    let q = cross(from_corner, ab);
+    let v = dot(ray.dir, q) * inverse;
+    if v < 0.0 || u + v > 1.0 {
+        return miss;
+    }
+    return TriangleHit(true, dot(ac, q) * inverse, u, v);
+}
+#else
 fn make_shear(dir: vec3f) -> Shear {
     let size = abs(dir);
     var axis = 2u;
@@ -61,3 +97,4 @@ fn hit_triangle(ray: Shear, origin: vec3f, corner_a: vec3f, corner_b: vec3f, cor
     let t = dot(weights, ray.shear.z * vec3f(a.z, b.z, c.z)) / det;
     return TriangleHit(true, t, clamp(weights.y / det, 0.0, 1.0), clamp(weights.z / det, 0.0, 1.0));
 }
+#endif

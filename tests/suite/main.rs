@@ -13,5 +13,6 @@ mod moving;
 mod pictures;
 mod present;
 mod shaders;
+mod stability;
 mod tracers;
 mod window;

@@ -1,6 +1,6 @@
 //! Every shader composes and validates for every scene, without a GPU.
 
-use orrery_engine::frame::Features;
+use orrery_engine::frame::{Features, Kernels};
 use orrery_engine::trace::gpu::{Kernel, Specialisation, shader_source};
 
 use crate::layout::all_features;
@@ -51,6 +51,18 @@ fn pictures_compose_with_each_feature_alone_and_with_each_missing() {
     }
     for generations in [0, 1, 5, 64, 1000] {
         compose(Kernel::Whitted, all_features(), generations);
+    }
+}
+
+#[test]
+fn pictures_and_rays_compose_with_each_choice_of_arithmetic() {
+    for kernels in Kernels::all() {
+        let special = Specialisation::new(all_features(), 8).with(kernels);
+        for kernel in [Kernel::Whitted, Kernel::Intersect] {
+            if let Err(why) = shader_source(kernel, special) {
+                panic!("{kernel:?} with {kernels:?}:\n{why}");
+            }
+        }
     }
 }
 

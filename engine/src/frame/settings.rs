@@ -3,6 +3,8 @@
 use bevy_ecs::prelude::*;
 use glam::UVec2;
 
+use super::Kernels;
+
 /// Settings of a run.
 #[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
 pub struct TraceSettings {
@@ -13,6 +15,8 @@ pub struct TraceSettings {
     pub samples_per_axis: u32,
     /// Overrides the scene's number of generations.
     pub max_generations: Option<u32>,
+    /// The arithmetic of the f32 tracers; the robust forms unless something is measured against them.
+    pub kernels: Kernels,
 }
 
 impl Default for TraceSettings {
@@ -22,6 +26,7 @@ impl Default for TraceSettings {
             size: UVec2::new(1280, 720),
             samples_per_axis: 1,
             max_generations: None,
+            kernels: Kernels::default(),
         }
     }
 }

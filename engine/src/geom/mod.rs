@@ -5,6 +5,7 @@
 mod aabb;
 mod affine;
 mod cuboid;
+mod moller_trumbore;
 mod offset;
 mod plane;
 mod ray;
@@ -16,6 +17,7 @@ mod unit;
 pub use aabb::Aabb;
 pub use affine::AffineRows;
 pub use cuboid::{cuboid_normal, intersect_cuboid};
+pub use moller_trumbore::intersect_triangle_unshared;
 pub use offset::{affine_error, gamma, offset_origin};
 pub use plane::intersect_plane;
 pub use ray::{FAR_WIDENING, SlabRay, safe_reciprocal};

@@ -23,7 +23,7 @@ pub struct SlabRay {
     pub from_least: Vec3,
     /// What their greatest sides are measured from: the origin, or a little before it.
     pub from_greatest: Vec3,
-    /// [`safe_reciprocal`] of each component of the direction.
+    /// [`safe_reciprocal`] of each component of the direction; the plain one of a bare ray.
     pub inverse: Vec3,
 }
 
@@ -31,6 +31,15 @@ impl SlabRay {
     /// From a ray.
     pub fn new(origin: Vec3, dir: Vec3) -> Self {
         Self::with_slack(origin, Vec3::ZERO, dir)
+    }
+
+    /// From a ray, with plain reciprocals: infinite along an axis (see [`crate::frame::BoxTest::Bare`]).
+    pub fn bare(origin: Vec3, dir: Vec3) -> Self {
+        Self {
+            from_least: origin,
+            from_greatest: origin,
+            inverse: dir.recip(),
+        }
     }
 
     /// From a ray whose origin may be off by `slack`: no box is missed that any such origin would meet.

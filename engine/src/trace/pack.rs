@@ -35,7 +35,7 @@ use crate::bvh::{Node4, Rebuilder, TreeAction};
 use crate::frame::wire::{
     GENERATIONS_CAPACITY, InstanceRow, LightRow, MATERIAL_TRANSMITS, MaterialRow, NONE, ViewRow,
 };
-use crate::frame::{Features, FrameScene, TraceSettings};
+use crate::frame::{Features, FrameScene, Kernels, TraceSettings};
 use crate::world::Changes;
 
 /// Rows from which a device builds the tree over instances that move: a device's passes have a price that does not
@@ -47,6 +47,8 @@ const DEVICE_FROM: usize = 8192;
 pub struct PackedScene {
     /// The uniform.
     pub view: ViewRow,
+    /// The arithmetic of the next picture.
+    pub kernels: Kernels,
     /// Materials.
     pub materials: DirtyRows<MaterialRow>,
     /// Lights.
@@ -199,8 +201,10 @@ impl PackedScene {
             || lights
             || !changed_meshes.is_empty()
             || view != self.view
+            || settings.kernels != self.kernels
             || self.features != scene.features;
         self.view = view;
+        self.kernels = settings.kernels;
         self.features = scene.features;
     }
 

@@ -9,6 +9,8 @@ use crate::geom::{FAR_WIDENING, SlabRay};
 
 /// 2^-19: what the test of a sphere errs by, of the distance to its centre.
 const SPHERE_SLACK: f32 = 1.0 / 524_288.0;
+/// Times a number, what leads to the one next to it (see [`crate::bvh::Extent::grown`]).
+const NEXT: f32 = f32::EPSILON / 2.0 * (1.0 + f32::EPSILON);
 
 /// Distances and a bit mask of the boxes entered between `from` and `to`. Empty slots may be in it.
 #[inline]
@@ -29,6 +31,25 @@ pub fn enter_boxes(node: &Node4, slab: &SlabRay, (from, to): (f32, f32)) -> (Vec
     let near = near_x.max(near_y).max(near_z.max(Vec4::splat(from)));
     let far = far_x.min(far_y).min(far_z) * FAR_WIDENING;
     (near, near.cmple(far.min(Vec4::splat(to))).bitmask())
+}
+
+/// The same by the slab test as it is written down, on the boxes that [`crate::geom::Aabb::grown`] made of
+/// the ones it is asked about: their growth is taken off again, exactly above 1e-13 and at zero.
+#[inline]
+pub fn enter_bare_boxes(node: &Node4, slab: &SlabRay, (from, to): (f32, f32)) -> (Vec4, u32) {
+    let inward = |side: &[f32; 4]| (Vec4::from(*side).abs() * NEXT).max(Vec4::splat(1e-20));
+    let axis = |min: &[f32; 4], max: &[f32; 4], axis: usize| {
+        let (origin, inverse) = (slab.from_least[axis], slab.inverse[axis]);
+        let low = (Vec4::from(*min) + inward(min) - origin) * inverse;
+        let high = (Vec4::from(*max) - inward(max) - origin) * inverse;
+        (low.min(high), low.max(high))
+    };
+    let (near_x, far_x) = axis(&node.min_x, &node.max_x, 0);
+    let (near_y, far_y) = axis(&node.min_y, &node.max_y, 1);
+    let (near_z, far_z) = axis(&node.min_z, &node.max_z, 2);
+    let near = near_x.max(near_y).max(near_z.max(Vec4::splat(from)));
+    let far = far_x.min(far_y).min(far_z.min(Vec4::splat(to)));
+    (near, near.cmple(far).bitmask())
 }
 
 /// The same of spheres: centre in `min_x`, `min_y`, `min_z`, radius in `max_x`.

@@ -120,14 +120,14 @@ fn shadow(
     counters: &mut Counters,
 ) -> Vec3 {
     counters.shadow_rays += 1;
-    let origin = surface.origin_towards(to_light);
+    let (origin, start) = surface.leave_towards(to_light);
     let beam = Beam::new(light, origin);
     let mut probe = Probe {
         origin,
         dir: beam.dir,
         after: Key::after(0.0),
         before: Key::before(beam.distance),
-        start: surface.start,
+        start,
     };
     if !scene.transparent {
         let lit = trace::<true>(scene, &probe, stack).is_none();

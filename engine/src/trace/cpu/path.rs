@@ -154,11 +154,12 @@ fn spawn(
     factor: Vec3,
 ) -> Option<Travel> {
     let weight = ray.weight * factor;
-    (ray.generation < scene.view.max_generations && weight != Vec3::ZERO).then(|| Travel {
-        origin: surface.origin_towards(dir),
+    let (origin, start) = surface.leave_towards(dir);
+    (ray.generation < scene.view.max_generations && weight != Vec3::ZERO).then_some(Travel {
+        origin,
         dir,
         weight,
-        start: surface.start,
+        start,
         generation: ray.generation + 1,
         straight: 0,
         media: ray.media,
@@ -176,10 +177,11 @@ fn straight_on(
         counters.straight_overflows += 1;
         return None;
     }
+    let (origin, start) = surface.leave_towards(ray.dir);
     let mut onward = Travel {
-        origin: surface.origin_towards(ray.dir),
+        origin,
         weight: ray.weight * factor,
-        start: surface.start,
+        start,
         straight: ray.straight + 1,
         ..*ray
     };

@@ -9,6 +9,7 @@ use super::traverse::{Found, Start};
 use crate::frame::wire::{
     InstanceRow, KIND_CUBOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, MaterialRow,
 };
+use crate::frame::{FIXED_OFFSET, Offset};
 use crate::geom::{affine_error, cuboid_normal, gamma, offset_origin, unit_or};
 use crate::trace::PackedScene;
 
@@ -25,14 +26,25 @@ pub struct Surface<'a> {
     pub n_shade: Vec3,
     /// The material's row.
     pub material: &'a MaterialRow,
-    /// What rays from here must not meet.
+    /// What it is a point of.
     pub start: Start,
+    /// How rays from here are kept off it.
+    pub offset: Offset,
 }
 
 impl Surface<'_> {
-    /// Where a ray along `dir` starts.
-    pub fn origin_towards(&self, dir: Vec3) -> Vec3 {
-        offset_origin(self.position, self.n_geom, self.error, dir)
+    /// Where a ray along `dir` starts, and what it must not meet.
+    pub fn leave_towards(&self, dir: Vec3) -> (Vec3, Start) {
+        match self.offset {
+            Offset::Bounded => {
+                let origin = offset_origin(self.position, self.n_geom, self.error, dir);
+                (origin, self.start)
+            }
+            Offset::Fixed => {
+                let aside = FIXED_OFFSET.copysign(self.n_geom.dot(dir));
+                (self.position + self.n_geom * aside, Start::FREE)
+            }
+        }
     }
 }
 
@@ -78,6 +90,7 @@ pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec
             id: found.key.id,
             prim: found.key.prim,
         },
+        offset: scene.kernels.offsets,
     }
 }
 

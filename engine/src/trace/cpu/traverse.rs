@@ -4,12 +4,16 @@
 
 use glam::{Vec3, Vec4};
 
-use super::enter::{enter_boxes, enter_spheres};
+use super::enter::{enter_bare_boxes, enter_boxes, enter_spheres};
 use crate::bvh::{Child, Node4, TRAVERSAL_CAPACITY};
 use crate::frame::wire::{
     InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, NONE, ROOT_OF_SPHERES,
 };
-use crate::geom::{Shear, SlabRay, intersect_cuboid, intersect_plane, intersect_sphere};
+use crate::frame::{BoxTest, TriangleTest};
+use crate::geom::{
+    Shear, SlabRay, TriangleHit, intersect_cuboid, intersect_plane, intersect_sphere,
+    intersect_triangle_unshared,
+};
 use crate::trace::PackedScene;
 
 /// 2^-20: what a ray's origin errs by, of its size, in the space of the instance tree's boxes (one sum) or of
@@ -172,11 +176,15 @@ impl<const ANY: bool> Search<'_, ANY> {
         let offset = Vec3::from(self.scene.view.eye_from_anchor);
         let origin = self.probe.origin + offset;
         let slack = (self.probe.origin.abs() + offset.abs()) * ORIGIN_SLACK;
+        let leaf = |search: &mut Self, stack: &mut Stack, index, _| search.instance(index, stack);
+        if self.scene.kernels.boxes == BoxTest::Bare {
+            let slab = SlabRay::bare(origin, self.probe.dir);
+            let enter = |node: &Node4, limits| enter_bare_boxes(node, &slab, limits);
+            return walk(nodes, enter, self, stack, leaf);
+        }
         let slab = SlabRay::with_slack(origin, slack, self.probe.dir);
         let enter = |node: &Node4, limits| enter_boxes(node, &slab, limits);
-        walk(nodes, enter, self, stack, |search, stack, index, _| {
-            search.instance(index, stack)
-        })
+        walk(nodes, enter, self, stack, leaf)
     }
 
     fn instance(&mut self, index: u32, stack: &mut Stack) -> bool {
@@ -223,15 +231,33 @@ impl<const ANY: bool> Search<'_, ANY> {
         dir: Vec3,
         stack: &mut Stack,
     ) -> bool {
+        if self.scene.kernels.triangles == TriangleTest::MollerTrumbore {
+            let hit = |corners| intersect_triangle_unshared(origin, dir, corners);
+            return self.mesh_by(hit, id, row, (origin, dir), stack);
+        }
+        let shear = Shear::new(dir);
+        let hit = |corners| shear.intersect(origin, corners);
+        self.mesh_by(hit, id, row, (origin, dir), stack)
+    }
+
+    /// A mesh, its triangles tested by `intersect`; the ray is the mesh's own.
+    #[inline]
+    fn mesh_by(
+        &mut self,
+        intersect: impl Fn([Vec3; 3]) -> Option<TriangleHit>,
+        id: u32,
+        row: &InstanceRow,
+        (origin, dir): (Vec3, Vec3),
+        stack: &mut Stack,
+    ) -> bool {
         let mesh = self.scene.mesh(row);
         let nodes = mesh.nodes();
-        let shear = Shear::new(dir);
         let start = self.probe.start;
         let leaf = |search: &mut Self, _: &mut Stack, first, count| {
             for slot in first..first + count {
                 let triangle = &mesh.triangles[slot as usize];
                 let corners = mesh.corners(triangle);
-                let Some(hit) = shear.intersect(origin, corners) else {
+                let Some(hit) = intersect(corners) else {
                     continue;
                 };
                 let key = Key {
@@ -250,14 +276,14 @@ impl<const ANY: bool> Search<'_, ANY> {
             let enter = |node: &Node4, limits| enter_spheres(node, origin, dir, limits);
             return walk(nodes, enter, self, stack, leaf);
         }
+        if self.scene.kernels.boxes == BoxTest::Bare {
+            let slab = SlabRay::bare(origin, dir);
+            let enter = |node: &Node4, limits| enter_bare_boxes(node, &slab, limits);
+            return walk(nodes, enter, self, stack, leaf);
+        }
         let slab = SlabRay::new(origin, dir);
-        walk(
-            nodes,
-            |node, limits| enter_boxes(node, &slab, limits),
-            self,
-            stack,
-            leaf,
-        )
+        let enter = |node: &Node4, limits| enter_boxes(node, &slab, limits);
+        walk(nodes, enter, self, stack, leaf)
     }
 }
 

@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use super::context::Gpu;
 use super::layout::Layouts;
 use super::shader::{Kernel, Specialisation, shader_source};
-use crate::frame::Features;
+use crate::frame::{Features, Kernels, Offset};
 use crate::trace::TraceError;
 
 /// A compiled kernel.
@@ -85,7 +85,11 @@ fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
                 cuboids: special.features.cuboids,
                 ..Features::default()
             };
-            Specialisation::new(shapes, 1)
+            // Rays of a buffer leave no surface.
+            Specialisation::new(shapes, 1).with(Kernels {
+                offsets: Offset::default(),
+                ..special.kernels
+            })
         }
         _ => Specialisation::new(Features::default(), 1),
     }

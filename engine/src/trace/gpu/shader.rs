@@ -11,8 +11,8 @@ use naga_oil::compose::{
     ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue,
 };
 
-use crate::frame::Features;
 use crate::frame::wire::GENERATIONS_CAPACITY;
+use crate::frame::{BoxTest, Features, Kernels, Offset, TriangleTest};
 
 /// A kernel: a file of `shaders/` with one entry point of the same name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -120,6 +120,8 @@ const SHARED: [(&str, &str); 20] = shared![
 pub struct Specialisation {
     /// What the scene needs.
     pub features: Features,
+    /// The arithmetic it is traced with.
+    pub kernels: Kernels,
     /// Room for deferred rays; see [`Specialisation::new`].
     pub deferred_slots: u32,
 }
@@ -131,12 +133,19 @@ impl Specialisation {
         let slots = max_generations.clamp(4, GENERATIONS_CAPACITY);
         Self {
             features,
+            kernels: Kernels::default(),
             deferred_slots: slots.next_power_of_two(),
         }
     }
 
+    /// The same with this arithmetic.
+    #[must_use]
+    pub fn with(self, kernels: Kernels) -> Self {
+        Self { kernels, ..self }
+    }
+
     fn definitions(self) -> HashMap<String, ShaderDefValue> {
-        let f = self.features;
+        let (f, k) = (self.features, self.kernels);
         let flags = [
             // Total internal reflection mirrors where nothing else does.
             ("REFLECTION", f.reflection || f.transmission),
@@ -152,6 +161,12 @@ impl Specialisation {
             ("SPOT_LIGHTS", f.spot_lights),
             ("DIRECTIONAL_LIGHTS", f.directional_lights),
             ("FADE", f.fade),
+            (
+                "UNSHARED_EDGES",
+                k.triangles == TriangleTest::MollerTrumbore,
+            ),
+            ("BARE_BOXES", k.boxes == BoxTest::Bare),
+            ("FIXED_OFFSETS", k.offsets == Offset::Fixed),
         ];
         let mut definitions: HashMap<_, _> = flags
             .into_iter()

@@ -262,7 +262,8 @@ impl Tracer for GpuTracer {
         self.counters.trees_updated = self.packed.trees_updated;
         self.counters.tree_nodes = self.packed.tree_nodes_written();
         let generations = self.packed.view.max_generations;
-        self.special = Some(Specialisation::new(scene.features, generations));
+        let special = Specialisation::new(scene.features, generations);
+        self.special = Some(special.with(settings.kernels));
         Ok(())
     }
 

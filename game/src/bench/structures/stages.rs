@@ -141,6 +141,7 @@ fn hills_engine(triangles: usize, common: &Common, size: UVec2) -> Result<Engine
         size: common.size.unwrap_or(size),
         samples_per_axis: common.samples.per_axis,
         max_generations: common.depth,
+        ..TraceSettings::default()
     });
     let field = hills(triangles).map_err(Failure::Input)?;
     let field = world.resource_mut::<Meshes>().add(field);
