@@ -1,9 +1,9 @@
 // What: the picture: one invocation a pixel, all its samples and everything that follows from them.
 // Reads: groups 0 and 1. Writes: pixels (linear RGB, alpha 1) and counters.
-// Twin: pixel_color and camera_ray in engine/src/trace/cpu/mod.rs.
-#import orrery::types::{CounterRow, PROJECTION_PERSPECTIVE}
+// Twin: engine/src/trace/cpu/mod.rs.
+#import orrery::types::CounterRow
 #import orrery::scene::{pass_row, view}
-#import orrery::path::{Travel, camera_travel, radiance}
+#import orrery::pixel::sum_of_samples
 #import orrery::counters as tally
 
 @group(2) @binding(0) var<storage, read_write> pixels: array<vec4f>;
@@ -19,7 +19,8 @@ var<workgroup> group_shadow: atomic<u32>;
 fn whitted(@builtin(global_invocation_id) at: vec3u, @builtin(local_invocation_index) lane: u32) {
     if at.x < view.width && at.y < pass_row.count {
         let y = at.y + pass_row.first;
-        pixels[y * view.width + at.x] = vec4f(pixel_color(at.x, y), 1.0);
+        let sum = sum_of_samples(at.x, y, 0u, view.samples);
+        pixels[y * view.width + at.x] = vec4f(sum / f32(view.samples), 1.0);
         count_rays();
     }
     workgroupBarrier();
@@ -31,33 +32,9 @@ fn whitted(@builtin(global_invocation_id) at: vec3u, @builtin(local_invocation_i
     }
 }
 
-// The mean over the pixel's grid of samples.
-fn pixel_color(x: u32, y: u32) -> vec3f {
-    let n = view.samples_per_axis;
-    var sum = vec3f(0.0);
-    for (var index = 0u; index < n * n; index++) {
-        let px = f32(x) + (f32(index % n) + 0.5) / f32(n);
-        let py = f32(y) + (f32(index / n) + 0.5) / f32(n);
-        sum += radiance(camera_ray(px, py));
-    }
-    return sum / f32(n * n);
-}
-
-// The ray through a point of the picture, in pixels from its top left corner.
-fn camera_ray(px: f32, py: f32) -> Travel {
-    // Half pixels from the middle: whole numbers, exact in f32, at the centres of pixels.
-    let across = 2.0 * px - f32(view.width);
-    let upward = f32(view.height) - 2.0 * py;
-    let aside = view.right_step * across + view.up_step * upward;
-    if view.projection == PROJECTION_PERSPECTIVE {
-        return camera_travel(vec3f(0.0), normalize(view.forward + aside));
-    }
-    return camera_travel(aside, view.forward);
-}
-
 // Overflows are rare: they go straight to the sum.
 fn count_rays() {
-    atomicAdd(&group_primary, view.samples_per_axis * view.samples_per_axis);
+    atomicAdd(&group_primary, view.samples);
     atomicAdd(&group_reflected, tally::reflected_rays);
     atomicAdd(&group_refracted, tally::refracted_rays);
     atomicAdd(&group_shadow, tally::shadow_rays);
@@ -67,4 +44,9 @@ fn count_rays() {
     if tally::straight_overflows > 0u {
         atomicAdd(&counters.straight_overflows, tally::straight_overflows);
     }
+#ifdef CUTOFF
+    if tally::dropped_rays > 0u {
+        atomicAdd(&counters.dropped_rays, tally::dropped_rays);
+    }
+#endif
 }

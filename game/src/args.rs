@@ -6,7 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::UVec2;
-use orrery_engine::frame::wire::GENERATIONS_CAPACITY;
+use orrery_engine::frame::wire::{GENERATIONS_CAPACITY, SAMPLES_CAPACITY};
 use orrery_engine::input::KeyMap;
 use orrery_engine::trace::Level;
 
@@ -16,8 +16,6 @@ use crate::pattern::Pattern;
 const SIDE_LIMIT: u32 = 16_384;
 /// Most frames of one command: days of work, and a list that fits into memory.
 const FRAMES_LIMIT: u64 = 10_000_000;
-/// Largest number of samples a pixel.
-const SAMPLES_LIMIT: u32 = 256;
 
 /// Watch ray-traced scenes in motion.
 ///
@@ -178,9 +176,13 @@ pub struct Common {
     /// Generations of rays followed, whatever the scene says; 1 is camera rays alone.
     #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=i64::from(GENERATIONS_CAPACITY)))]
     pub depth: Option<u32>,
-    /// Samples a pixel, on a regular grid: a square number (1, 4, 9, 16, ...). Cost grows with it.
-    #[arg(long, global = true, value_name = "N", default_value = "1", value_parser = samples)]
-    pub samples: SamplesPerPixel,
+    /// Samples a pixel, the same in every picture and well spread whatever their number. Cost grows with it.
+    #[arg(long, global = true, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(SAMPLES_CAPACITY)))]
+    pub samples: u32,
+    /// Leave out reflected and refracted rays too faint to matter: the largest error that this may cause in a
+    /// pixel, in linear light; 0 leaves out none.
+    #[arg(long, global = true, value_name = "E", default_value_t = 0.0, value_parser = cutoff)]
+    pub cutoff: f32,
     /// Playing and rendering: write when every system and pass of every frame ran, and for how long, as
     /// .csv or .json. In a window a GPU's pass is that of the last picture that has come back.
     #[arg(long, global = true, value_name = "FILE")]
@@ -201,13 +203,6 @@ pub enum BackendChoice {
     Cpu,
     /// One slow, obvious f64 tracer.
     Reference,
-}
-
-/// A square number of samples; holds its root.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct SamplesPerPixel {
-    /// Samples along each side of a pixel.
-    pub per_axis: u32,
 }
 
 fn size(text: &str) -> Result<UVec2, String> {
@@ -258,15 +253,11 @@ fn frames_per_sec(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a number greater than 0, as in 30 or 23.976".to_owned())
 }
 
-fn samples(text: &str) -> Result<SamplesPerPixel, String> {
-    let count = u32::from_str(text).ok().filter(|n| *n <= SAMPLES_LIMIT);
-    let per_axis = count.map(u32::isqrt).unwrap_or(0);
-    if per_axis == 0 || count != Some(per_axis * per_axis) {
-        return Err(format!(
-            "samples lie on a regular grid, so expected a square number: 1, 4, 9, 16, ... up to {SAMPLES_LIMIT}"
-        ));
-    }
-    Ok(SamplesPerPixel { per_axis })
+fn cutoff(text: &str) -> Result<f32, String> {
+    f32::from_str(text)
+        .ok()
+        .filter(|error| error.is_finite() && *error >= 0.0)
+        .ok_or_else(|| "expected a number from 0 on, as in 1e-4".to_owned())
 }
 
 #[cfg(test)]
@@ -309,10 +300,11 @@ mod tests {
     }
 
     #[test]
-    fn samples_are_squares() {
-        assert_eq!(samples("9"), Ok(SamplesPerPixel { per_axis: 3 }));
-        for wrong in ["0", "2", "8", "289", "x", "-1"] {
-            assert!(samples(wrong).is_err(), "{wrong}");
+    fn cutoffs_are_errors_of_a_pixel() {
+        assert_eq!(cutoff("1e-4"), Ok(1e-4));
+        assert_eq!(cutoff("0"), Ok(0.0));
+        for wrong in ["-1", "NaN", "inf", "x"] {
+            assert!(cutoff(wrong).is_err(), "{wrong}");
         }
     }
 }

@@ -42,7 +42,8 @@ pub fn set_with_warnings(
     }
     engine.world.insert_resource(TraceSettings {
         size: common.size.unwrap_or(size),
-        samples_per_axis: common.samples.per_axis,
+        samples: common.samples,
+        cutoff: common.cutoff,
         max_generations: common.depth,
         ..TraceSettings::default()
     });

@@ -8,3 +8,4 @@ var<private> refracted_rays: u32;
 var<private> shadow_rays: u32;
 var<private> media_overflows: u32;
 var<private> straight_overflows: u32;
+var<private> dropped_rays: u32;

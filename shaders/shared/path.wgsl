@@ -13,6 +13,10 @@
 #ifdef REFLECTION
 #import orrery::counters::reflected_rays
 #endif
+#ifdef CUTOFF
+#import orrery::counters::dropped_rays
+#import orrery::cutoff::{buys, fill_purse, most_added}
+#endif
 #ifdef TRANSMISSION
 #import orrery::counters::{media_overflows, refracted_rays, straight_overflows}
 #import orrery::media::{Media, cross_boundary, index_ratio, no_media}
@@ -59,6 +63,9 @@ fn camera_travel(origin: vec3f, dir: vec3f) -> Travel {
 
 // Linear RGB seen along a camera ray.
 fn radiance(camera_ray: Travel) -> vec3f {
+#ifdef CUTOFF
+    fill_purse();
+#endif
     var sum = vec3f(0.0);
     var ray = camera_ray;
 #ifdef DEFERS
@@ -134,14 +141,22 @@ fn scatter(ray: Travel, surface: Surface) -> Scattered {
     } else if (material.flags & MATERIAL_MIRROR) != 0u {
         reflected = material.reflection;
     }
+    let k = 1.0 + eta * eta * (cosine * cosine - 1.0);
+    let is_straight = abs(eta - 1.0) < SAME_INDEX;
+    if any(passed > vec3f(0.0)) && !is_straight && k < 0.0 {
+        // Total internal reflection takes everything.
+        reflected = vec3f(1.0);
+        passed = vec3f(0.0);
+    }
+#ifdef CUTOFF
+    let kept = affordable(ray, reflected, passed, is_straight);
+    reflected *= kept.x;
+    passed *= kept.y;
+#endif
 #ifdef TRANSMISSION
     if any(passed > vec3f(0.0)) {
-        let k = 1.0 + eta * eta * (cosine * cosine - 1.0);
-        if abs(eta - 1.0) < SAME_INDEX {
+        if is_straight {
             out = straight_on(ray, surface, passed);
-        } else if k < 0.0 {
-            // Total internal reflection takes everything.
-            reflected = vec3f(1.0);
         } else {
             let bent = ray.dir * eta + surface.n_shade * (eta * cosine - sqrt(k));
             out = refracted(ray, surface, unit_or(bent, ray.dir), passed);
@@ -157,6 +172,33 @@ fn scatter(ray: Travel, surface: Surface) -> Scattered {
 #endif
     return out;
 }
+
+#ifdef CUTOFF
+// 0 for the mirrored ray (x) and for the one that passes (y) if it is left out, else 1. The cheaper one is
+// offered first: more are left out that way.
+fn affordable(ray: Travel, reflected: vec3f, passed: vec3f, is_straight: bool) -> vec2f {
+    let next = ray.generation + 1u;
+    let mirrored = most_added(ray.weight * reflected, next);
+    let onward = most_added(ray.weight * passed, select(next, ray.generation, is_straight));
+    var kept = vec2f(1.0);
+    if mirrored <= onward {
+        kept.x = kept_share(mirrored);
+        kept.y = kept_share(onward);
+    } else {
+        kept.y = kept_share(onward);
+        kept.x = kept_share(mirrored);
+    }
+    return kept;
+}
+
+fn kept_share(cost: f32) -> f32 {
+    if buys(cost) {
+        dropped_rays += 1u;
+        return 0.0;
+    }
+    return 1.0;
+}
+#endif
 
 // Index of refraction here over there.
 fn crossing_ratio(ray: Travel, surface: Surface, material: MaterialRow) -> f32 {

@@ -23,6 +23,16 @@ const QUERY_ANY: u32 = 1u;
 const MEDIA_CAPACITY: u32 = 8u;
 const GENERATIONS_CAPACITY: u32 = 64u;
 const STRAIGHT_CAPACITY: u32 = 256u;
+const SAMPLES_CAPACITY: u32 = 256u;
+const SAMPLE_FIRST_CELL: u32 = 0x8080u;
+const SAMPLE_COLUMN_A: u32 = 0xc4b2u;
+const SAMPLE_COLUMN_B: u32 = 0xad6bu;
+const SAMPLE_COLUMN_C: u32 = 0xf738u;
+const SAMPLE_COLUMN_D: u32 = 0x801au;
+const SAMPLE_COLUMN_E: u32 = 0xce0eu;
+const SAMPLE_COLUMN_F: u32 = 0xa104u;
+const SAMPLE_COLUMN_G: u32 = 0xfe03u;
+const SAMPLE_COLUMN_H: u32 = 0x8e01u;
 const TRAVERSAL_CAPACITY: u32 = 96u;
 const CHILD_NONE: u32 = 0xffffffffu;
 const CHILD_LEAF: u32 = 0x80000000u;
@@ -40,7 +50,7 @@ struct ViewRow {
     right_step: vec3f,
     height: u32,
     up_step: vec3f,
-    samples_per_axis: u32,
+    samples: u32,
     background: vec3f,
     max_generations: u32,
     projection: u32,
@@ -48,7 +58,8 @@ struct ViewRow {
     light_count: u32,
     root: u32,
     eye_from_anchor: vec3f,
-    spare: u32,
+    cutoff: f32,
+    bounds: array<vec4f, 16>,
 }
 
 struct PassRow {
@@ -147,7 +158,8 @@ struct CounterRow {
     shadow_rays: atomic<u32>,
     media_overflows: atomic<u32>,
     straight_overflows: atomic<u32>,
-    spare: array<u32, 2>,
+    dropped_rays: atomic<u32>,
+    spare: u32,
 }
 
 struct StageRow {

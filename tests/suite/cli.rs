@@ -67,7 +67,8 @@ fn wrong_words_are_usage() {
     expect(&["render"], 2, &["SCENE"]);
     expect(&["render", "demo", "--size", "12"], 2, &["1280x720"]);
     expect(&["render", "demo", "--frames", "9..3"], 2, &["0..90"]);
-    expect(&["render", "demo", "--samples", "5"], 2, &["square number"]);
+    expect(&["render", "demo", "--samples", "257"], 2, &["1..=256"]);
+    expect(&["render", "demo", "--cutoff", "small"], 2, &["from 0 on"]);
     expect(&["render", "demo", "--backend", "fpga"], 2, &["reference"]);
     expect(&["render", "demo", "--out", "x.jpg"], 2, &[".png"]);
     expect(

@@ -16,7 +16,7 @@ use orrery_tests::tracers::picture;
 use crate::layout::all_features;
 
 /// One device for all tests.
-fn tracer() -> GpuTracer {
+pub fn tracer() -> GpuTracer {
     static GPU: OnceLock<Arc<Gpu>> = OnceLock::new();
     let open = || Arc::new(Gpu::open(Gpu::instance(), &AdapterChoice::Any, None).expect("a GPU"));
     GpuTracer::new(Arc::clone(GPU.get_or_init(open))).expect("a tracer")
@@ -230,7 +230,7 @@ fn samples_and_parallel_rays_match_the_cpu() {
     scene.view.right *= 5.0;
     scene.view.up *= 5.0;
     let settings = TraceSettings {
-        samples_per_axis: 3,
+        samples: 9,
         ..settings(64, 48)
     };
     let [gpu, cpu] = both(&scene, &settings);
@@ -289,7 +289,7 @@ fn the_same_frame_gives_the_same_bits_and_moves_no_bytes() {
     );
     // More samples than one band holds: the bands' seams must not show.
     let many = TraceSettings {
-        samples_per_axis: 2,
+        samples: 4,
         ..settings(2048, 160)
     };
     let [gpu, cpu] = [

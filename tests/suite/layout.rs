@@ -39,7 +39,7 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             right_step,
             height,
             up_step,
-            samples_per_axis,
+            samples,
             background,
             max_generations,
             projection,
@@ -47,7 +47,8 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             light_count,
             root,
             eye_from_anchor,
-            spare,
+            cutoff,
+            bounds,
         }),
         layout_of!(PassRow {
             first,
@@ -133,6 +134,7 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             shadow_rays,
             media_overflows,
             straight_overflows,
+            dropped_rays,
             spare,
         }),
         layout_of!(StageRow {
@@ -185,16 +187,21 @@ macro_rules! constants {
     };
 }
 
-fn rust_constants() -> BTreeMap<&'static str, u32> {
+fn rust_constants() -> BTreeMap<String, u32> {
     let of_rows = constants!(wire:
         NONE, ROOT_OF_SPHERES, KIND_MESH, KIND_SPHERE, KIND_ELLIPSOID, KIND_CUBOID, KIND_PLANE,
         MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, LIGHT_POINT, LIGHT_DIRECTIONAL,
         LIGHT_SPOT, PROJECTION_PERSPECTIVE, PROJECTION_ORTHOGRAPHIC, QUERY_CLOSEST, QUERY_ANY,
         MEDIA_CAPACITY, GENERATIONS_CAPACITY, STRAIGHT_CAPACITY, TRAVERSAL_CAPACITY,
-        STEP_KEYS, STEP_MORPH, STEP_SKIN, STEP_WAVE, STEP_TWIST,
+        SAMPLES_CAPACITY, SAMPLE_FIRST_CELL, STEP_KEYS, STEP_MORPH, STEP_SKIN, STEP_WAVE, STEP_TWIST,
     );
     let of_nodes = constants!(bvh: CHILD_NONE, CHILD_LEAF, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK);
-    of_rows.into_iter().chain(of_nodes).collect()
+    let of_samples = ["A", "B", "C", "D", "E", "F", "G", "H"];
+    let of_samples = of_samples.map(|bit| format!("SAMPLE_COLUMN_{bit}"));
+    let of_samples = of_samples.into_iter().zip(SAMPLE_COLUMNS);
+    let others = of_rows.into_iter().chain(of_nodes);
+    let others = others.map(|(name, value)| (name.to_owned(), value));
+    others.chain(of_samples).collect()
 }
 
 fn types() -> Module {
@@ -257,7 +264,7 @@ fn constants_have_the_same_values_in_rust_and_wgsl() {
         .map(|(_, constant)| {
             let name = constant.name.as_deref().unwrap_or("?");
             match module.global_expressions[constant.init] {
-                Expression::Literal(Literal::U32(value)) => (name, value),
+                Expression::Literal(Literal::U32(value)) => (name.to_owned(), value),
                 ref other => panic!("{name} is no u32 but {other:?}"),
             }
         })

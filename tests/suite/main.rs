@@ -12,6 +12,7 @@ mod motion;
 mod moving;
 mod pictures;
 mod present;
+mod sampling;
 mod shaders;
 mod stability;
 mod tracers;

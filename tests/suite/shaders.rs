@@ -67,6 +67,19 @@ fn pictures_and_rays_compose_with_each_choice_of_arithmetic() {
 }
 
 #[test]
+fn pictures_compose_with_a_cutoff() {
+    for bits in 0..1 << 2 {
+        let special = Specialisation {
+            cutoff: true,
+            ..Specialisation::new(features(bits | 1 << 3), 8)
+        };
+        if let Err(why) = shader_source(Kernel::Whitted, special) {
+            panic!("{why}");
+        }
+    }
+}
+
+#[test]
 fn presenting_validates_and_its_uniform_is_as_rust_writes_it() {
     use naga::valid::{Capabilities, ValidationFlags, Validator};
     let source = include_str!("../../shaders/present.wgsl");

@@ -4,12 +4,14 @@ mod extract;
 mod features;
 mod kernels;
 mod overview;
+mod samples;
 mod scene;
 mod settings;
 pub mod wire;
 
 pub use features::Features;
 pub use kernels::{BoxTest, FIXED_OFFSET, Kernels, Offset, TriangleTest};
+pub use samples::sample_offset;
 pub use scene::{FrameScene, Instance, Light, LightKind, Shape, View, ViewProjection};
 pub use settings::TraceSettings;
 

@@ -6,17 +6,20 @@ use glam::UVec2;
 use super::Kernels;
 
 /// Settings of a run.
-#[derive(Resource, Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Resource, Clone, Copy, Debug, PartialEq)]
 pub struct TraceSettings {
     /// Size of the traced picture in pixels; each at least 1.
     pub size: UVec2,
-    /// Samples along each side of a pixel, on a regular grid: 1 is the pixel's centre, 2 is four
-    /// samples. Cost grows with its square.
-    pub samples_per_axis: u32,
+    /// Samples of a pixel, 1 to [`super::wire::SAMPLES_CAPACITY`]: the first so many points of
+    /// [`super::sample_offset`]. 1 is the pixel's centre. Cost grows with it.
+    pub samples: u32,
     /// Overrides the scene's number of generations.
     pub max_generations: Option<u32>,
     /// The arithmetic of the f32 tracers; the robust forms unless something is measured against them.
     pub kernels: Kernels,
+    /// Largest error that leaving out reflected and refracted rays may cause in a pixel, in linear light,
+    /// a channel; higher is faster. 0 leaves out nothing. The f64 reference never leaves out any.
+    pub cutoff: f32,
 }
 
 impl Default for TraceSettings {
@@ -24,9 +27,10 @@ impl Default for TraceSettings {
         Self {
             // 16:9 and small enough for a CPU; windows and commands set their own.
             size: UVec2::new(1280, 720),
-            samples_per_axis: 1,
+            samples: 1,
             max_generations: None,
             kernels: Kernels::default(),
+            cutoff: 0.0,
         }
     }
 }

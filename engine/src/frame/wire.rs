@@ -58,6 +58,17 @@ pub const GENERATIONS_CAPACITY: u32 = 64;
 /// [`CounterRow::straight_overflows`].
 pub const STRAIGHT_CAPACITY: u32 = 256;
 
+/// Samples a pixel can have: after so many the sequence would start again.
+pub const SAMPLES_CAPACITY: u32 = 256;
+/// The cell of the first sample on a grid of 256 x 256: column in the low byte, row in the next.
+pub const SAMPLE_FIRST_CELL: u32 = 0x8080;
+/// What each bit of a sample's number changes in that cell, by exclusive or; lowest bit first.
+pub const SAMPLE_COLUMNS: [u32; 8] = [
+    0xc4b2, 0xad6b, 0xf738, 0x801a, 0xce0e, 0xa104, 0xfe03, 0x8e01,
+];
+/// Vectors of [`ViewRow::bounds`].
+const BOUNDS: usize = GENERATIONS_CAPACITY as usize / 4;
+
 /// The uniform of a frame.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
@@ -72,8 +83,8 @@ pub struct ViewRow {
     pub height: u32,
     /// What half a pixel up adds.
     pub up_step: [f32; 3],
-    /// Samples along each side of a pixel.
-    pub samples_per_axis: u32,
+    /// Samples of a pixel, 1 to [`SAMPLES_CAPACITY`].
+    pub samples: u32,
     /// Linear RGB of a miss.
     pub background: [f32; 3],
     /// Generations followed, at most [`GENERATIONS_CAPACITY`].
@@ -89,8 +100,11 @@ pub struct ViewRow {
     pub root: u32,
     /// The eye relative to the anchor that the boxes of the instance tree are about.
     pub eye_from_anchor: [f32; 3],
-    /// Room for one more number.
-    pub spare: u32,
+    /// Largest error of a pixel that leaving out rays may cause; 0: all are followed.
+    pub cutoff: f32,
+    /// The most that a ray can bring back, a channel, by generation: that of generation g is number g - 1. All
+    /// 0 without a cut-off.
+    pub bounds: [[f32; 4]; BOUNDS],
 }
 
 /// The uniform of one dispatch: a part of the picture or of the rays.
@@ -297,6 +311,8 @@ pub struct CounterRow {
     pub media_overflows: u32,
     /// Rays ended for crossing more than `STRAIGHT_CAPACITY` surfaces of equal index.
     pub straight_overflows: u32,
+    /// Rays left out for being too faint to matter.
+    pub dropped_rays: u32,
     /// Room for more.
-    pub spare: [u32; 2],
+    pub spare: u32,
 }

@@ -21,6 +21,8 @@
 //!    the followed subtree ends before it is taken up, so one slot a generation is enough: the stack
 //!    cannot overflow. (Straight-through and reflection: the straight one is deferred.)
 //! 6. A ray past the last generation is black; a miss sees the background.
+//! 7. With a cut-off, a ray too faint to matter is not followed, within a proven bound on the pixel's error (Hall and
+//!    Greenberg 1983; `cpu/cutoff.rs`). The reference follows every ray.
 
 mod choose;
 pub mod cpu;
@@ -140,6 +142,8 @@ pub struct Counters {
     pub media_overflows: u64,
     /// Rays ended for crossing too many surfaces of equal index.
     pub straight_overflows: u64,
+    /// Reflected and refracted rays left out for being too faint to matter.
+    pub dropped_rays: u64,
     /// Bytes written to the tracer's buffers for this frame.
     pub bytes_uploaded: u64,
     /// Trees built or refitted for this frame.
@@ -159,6 +163,7 @@ impl std::ops::Add for Counters {
             shadow_rays: self.shadow_rays + other.shadow_rays,
             media_overflows: self.media_overflows + other.media_overflows,
             straight_overflows: self.straight_overflows + other.straight_overflows,
+            dropped_rays: self.dropped_rays + other.dropped_rays,
             bytes_uploaded: self.bytes_uploaded + other.bytes_uploaded,
             trees_updated: self.trees_updated + other.trees_updated,
             tree_nodes: self.tree_nodes + other.tree_nodes,

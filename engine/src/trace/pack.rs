@@ -8,6 +8,7 @@
 //! instance's row and moves its leaf, unstructured motion refits the mesh's own tree.
 
 mod arena;
+mod bound;
 mod deform;
 mod dirty;
 mod hierarchy;
@@ -27,6 +28,7 @@ pub use self::dirty::DirtyRows;
 pub use self::instances::most_nodes;
 pub use self::mesh::{PackedMesh, Stale};
 
+use self::bound::radiance_bounds;
 use self::instances::PackedInstances;
 use self::mesh::{Arenas, Place};
 use self::rows::{light_row, material_row, view_row};
@@ -195,7 +197,8 @@ impl PackedScene {
         }
         let transmits = |row: usize| self.materials[row].flags & MATERIAL_TRANSMITS != 0;
         self.transparent = self.instances.any_material(transmits);
-        let view = self.make_view(scene, settings);
+        let mut view = self.make_view(scene, settings);
+        self.set_cutoff(&mut view, scene, settings.cutoff, materials || lights);
         self.has_changed = self.instances.rows.is_dirty()
             || materials
             || lights
@@ -222,6 +225,24 @@ impl PackedScene {
             },
             eye_from_anchor: self.instances.eye_from_anchor().as_vec3().to_array(),
             ..view_row(&scene.view, settings)
+        }
+    }
+
+    /// The cut-off, and the bounds that it rests on: those of before unless what they are of has changed.
+    fn set_cutoff(&self, view: &mut ViewRow, scene: &FrameScene, cutoff: f32, shading: bool) {
+        let before = &self.view;
+        if !(cutoff > 0.0 && cutoff.is_finite()) {
+            return;
+        }
+        let same = !shading
+            && before.cutoff == cutoff
+            && before.max_generations == view.max_generations
+            && before.background == view.background;
+        if same {
+            (view.cutoff, view.bounds) = (cutoff, before.bounds);
+        } else if let Some(bounds) = radiance_bounds(scene) {
+            view.cutoff = cutoff;
+            view.bounds = bytemuck::cast(bounds);
         }
     }
 

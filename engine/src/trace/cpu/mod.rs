@@ -2,10 +2,12 @@
 //!
 //! It reads the same rows as the GPU's kernel ([`PackedScene`]) and follows it file by file.
 
+mod cutoff;
 mod enter;
 mod light;
 mod media;
 mod path;
+mod pixel;
 mod surface;
 mod traverse;
 
@@ -13,16 +15,15 @@ pub use self::enter::{enter_boxes, enter_spheres};
 
 use std::time::Instant;
 
-use glam::Vec3;
 use rayon::prelude::*;
 
-use self::path::{Scratch, Travel, radiance};
+use self::path::Scratch;
+use self::pixel::sum_of_samples;
 use self::traverse::{Key, Probe, Stack, Start, trace};
 use super::{
     Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, Query, Ray,
     TraceError, Tracer,
 };
-use crate::frame::wire::{PROJECTION_PERSPECTIVE, ViewRow};
 use crate::frame::{FrameScene, TraceSettings};
 
 /// Rows of pixels a task takes: small enough to share out, large enough to be worth a task.
@@ -99,7 +100,9 @@ impl Tracer for CpuTracer {
                 scratch.counters = Counters::default();
                 for (i, pixel) in pixels.iter_mut().enumerate() {
                     let y = task * ROWS_PER_TASK + i / width;
-                    *pixel = pixel_color(packed, (i % width) as u32, y as u32, scratch);
+                    let at = [(i % width) as u32, y as u32];
+                    *pixel =
+                        sum_of_samples(packed, at, 0..view.samples, scratch) / view.samples as f32;
                 }
                 scratch.counters
             })
@@ -148,33 +151,6 @@ impl CpuTracer {
             bytes_uploaded: self.bytes_written,
             ..Counters::default()
         }
-    }
-}
-
-/// The mean over a pixel's grid of samples.
-fn pixel_color(scene: &PackedScene, x: u32, y: u32, scratch: &mut Scratch) -> Vec3 {
-    let n = scene.view.samples_per_axis;
-    let mut sum = Vec3::ZERO;
-    for sample in 0..n * n {
-        let offset = |k: u32| (k as f32 + 0.5) / n as f32;
-        let px = x as f32 + offset(sample % n);
-        let py = y as f32 + offset(sample / n);
-        sum += radiance(scene, camera_ray(&scene.view, px, py), scratch);
-    }
-    sum / (n * n) as f32
-}
-
-/// The ray through a point of the picture, in pixels from its top left corner.
-fn camera_ray(view: &ViewRow, px: f32, py: f32) -> Travel {
-    // Half pixels from the middle: whole numbers, exact in f32, at the centres of pixels.
-    let across = 2.0 * px - view.width as f32;
-    let upward = view.height as f32 - 2.0 * py;
-    let forward = Vec3::from(view.forward);
-    let aside = Vec3::from(view.right_step) * across + Vec3::from(view.up_step) * upward;
-    if view.projection == PROJECTION_PERSPECTIVE {
-        Travel::from_camera(Vec3::ZERO, (forward + aside).normalize())
-    } else {
-        Travel::from_camera(aside, forward)
     }
 }
 

@@ -4,6 +4,7 @@
 
 use glam::Vec3;
 
+use super::cutoff::{Purse, most_added};
 use super::light::local_light;
 use super::media::Media;
 use super::surface::{Surface, resolve};
@@ -48,6 +49,7 @@ impl Travel {
 pub struct Scratch {
     stack: Stack,
     deferred: Vec<Travel>,
+    purse: Purse,
     /// What its rays added up.
     pub counters: Counters,
 }
@@ -57,6 +59,7 @@ pub fn radiance(scene: &PackedScene, camera_ray: Travel, scratch: &mut Scratch) 
     let mut sum = Vec3::ZERO;
     scratch.counters.primary_rays += 1;
     scratch.deferred.clear();
+    scratch.purse = Purse::full(&scene.view);
     let mut next = Some(camera_ray);
     while let Some(ray) = next.take().or_else(|| scratch.deferred.pop()) {
         let probe = Probe {
@@ -79,7 +82,7 @@ pub fn radiance(scene: &PackedScene, camera_ray: Travel, scratch: &mut Scratch) 
             &mut scratch.counters,
         );
         sum += ray.weight * light;
-        let (followed, deferred) = scatter(scene, &ray, &surface, &mut scratch.counters);
+        let (followed, deferred) = scatter(scene, &ray, &surface, scratch);
         next = followed;
         scratch.deferred.extend(deferred);
         // One entry a generation: a deferred ray's slot is its parent hit's generation.
@@ -93,7 +96,7 @@ fn scatter(
     scene: &PackedScene,
     ray: &Travel,
     surface: &Surface,
-    counters: &mut Counters,
+    scratch: &mut Scratch,
 ) -> (Option<Travel>, Option<Travel>) {
     let material = surface.material;
     let any = MATERIAL_FRESNEL | MATERIAL_MIRROR | MATERIAL_TRANSMITS;
@@ -114,9 +117,29 @@ fn scatter(
     } else if material.flags & MATERIAL_MIRROR != 0 {
         reflected = Vec3::from(material.reflection);
     }
+    let bent = if passed.max_element() > 0.0 {
+        refract(ray, surface, crossing.eta, cosine)
+    } else {
+        Bent::NotAtAll
+    };
+    if matches!(bent, Bent::TotallyReflected) {
+        (reflected, passed) = (Vec3::ONE, Vec3::ZERO);
+    }
+    if scratch.purse.holds_any() {
+        let is_straight = matches!(bent, Bent::Straight);
+        leave_out_faint(
+            scene,
+            ray,
+            &mut reflected,
+            &mut passed,
+            is_straight,
+            scratch,
+        );
+    }
+    let counters = &mut scratch.counters;
     let mut transmitted = None;
     if passed.max_element() > 0.0 {
-        match refract(ray, surface, crossing.eta, cosine) {
+        match bent {
             Bent::Straight => transmitted = straight_on(ray, surface, passed, counters),
             Bent::Refracted(dir) => {
                 if let Some(mut onward) = spawn(scene, ray, surface, dir, passed) {
@@ -127,7 +150,7 @@ fn scatter(
                     transmitted = Some(onward);
                 }
             }
-            Bent::TotallyReflected => reflected = Vec3::ONE,
+            Bent::TotallyReflected | Bent::NotAtAll => {}
         }
     }
     let mut mirrored = None;
@@ -142,6 +165,39 @@ fn scatter(
         }
         (mirrored, Some(onward)) => (Some(onward), mirrored),
         (mirrored, None) => (mirrored, None),
+    }
+}
+
+/// Takes the weight of the mirrored ray and of the one that passes if the purse buys them off. The cheaper one is
+/// offered first: more are left out that way.
+fn leave_out_faint(
+    scene: &PackedScene,
+    ray: &Travel,
+    reflected: &mut Vec3,
+    passed: &mut Vec3,
+    is_straight: bool,
+    scratch: &mut Scratch,
+) {
+    let next = ray.generation + 1;
+    let onward = if is_straight { ray.generation } else { next };
+    let mut offers = [
+        (
+            most_added(&scene.view, ray.weight * *reflected, next),
+            reflected,
+        ),
+        (
+            most_added(&scene.view, ray.weight * *passed, onward),
+            passed,
+        ),
+    ];
+    if offers[1].0 < offers[0].0 {
+        offers.swap(0, 1);
+    }
+    for (cost, weight) in offers {
+        if scratch.purse.buys(cost) {
+            *weight = Vec3::ZERO;
+            scratch.counters.dropped_rays += 1;
+        }
     }
 }
 
@@ -211,6 +267,7 @@ fn fresnel(eta: f32, cosine: f32) -> f32 {
 }
 
 enum Bent {
+    NotAtAll,
     Straight,
     Refracted(Vec3),
     TotallyReflected,

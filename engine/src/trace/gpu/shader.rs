@@ -109,10 +109,10 @@ macro_rules! shared {
 }
 
 /// `shaders/shared`, each after what it imports.
-const SHARED: [(&str, &str); 20] = shared![
+const SHARED: [(&str, &str); 22] = shared![
     "types", "scene", "affine", "slab", "triangle", "sphere", "cuboid", "traverse", "surface",
-    "counters", "light", "media", "path", "boxes", "trig", "stage", "jobs", "fit", "build",
-    "digits",
+    "counters", "light", "media", "cutoff", "path", "pixel", "boxes", "trig", "stage", "jobs",
+    "fit", "build", "digits",
 ];
 
 /// What a kernel is specialised by.
@@ -124,6 +124,8 @@ pub struct Specialisation {
     pub kernels: Kernels,
     /// Room for deferred rays; see [`Specialisation::new`].
     pub deferred_slots: u32,
+    /// Rays too faint to matter are left out.
+    pub cutoff: bool,
 }
 
 impl Specialisation {
@@ -135,6 +137,7 @@ impl Specialisation {
             features,
             kernels: Kernels::default(),
             deferred_slots: slots.next_power_of_two(),
+            cutoff: false,
         }
     }
 
@@ -152,6 +155,7 @@ impl Specialisation {
             ("TRANSMISSION", f.transmission),
             ("SCATTERS", f.reflection || f.transmission),
             ("DEFERS", f.reflection && f.transmission),
+            ("CUTOFF", self.cutoff && (f.reflection || f.transmission)),
             ("SMOOTH_NORMALS", f.smooth_normals),
             ("MESHES", f.meshes),
             ("SPHERE_TREES", f.sphere_trees),

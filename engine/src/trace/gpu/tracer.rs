@@ -180,6 +180,7 @@ impl GpuTracer {
                 shadow_rays: u64::from(counters.shadow_rays),
                 media_overflows: u64::from(counters.media_overflows),
                 straight_overflows: u64::from(counters.straight_overflows),
+                dropped_rays: u64::from(counters.dropped_rays),
                 ..self.counters
             };
         }
@@ -263,7 +264,10 @@ impl Tracer for GpuTracer {
         self.counters.tree_nodes = self.packed.tree_nodes_written();
         let generations = self.packed.view.max_generations;
         let special = Specialisation::new(scene.features, generations);
-        self.special = Some(special.with(settings.kernels));
+        self.special = Some(Specialisation {
+            cutoff: self.packed.view.cutoff > 0.0,
+            ..special.with(settings.kernels)
+        });
         Ok(())
     }
 
@@ -361,7 +365,7 @@ pub(super) fn nothing_uploaded() -> TraceError {
 
 /// Bands of whole workgroups of `group` rows, with at most [`BAND_SAMPLES`] samples where that is possible.
 fn bands(view: &ViewRow, group: u32) -> Vec<PassRow> {
-    let row = u64::from(view.width) * u64::from(view.samples_per_axis).pow(2);
+    let row = u64::from(view.width) * u64::from(view.samples);
     let rows = u32::try_from(BAND_SAMPLES / row.max(1)).unwrap_or(u32::MAX) / group * group;
     let rows = rows.clamp(group, view.height.max(group));
     (0..view.height)
@@ -380,17 +384,17 @@ mod tests {
 
     #[test]
     fn bands_cover_every_row_once() {
-        let view = |width, height, samples_per_axis| ViewRow {
+        let view = |width, height, samples| ViewRow {
             width,
             height,
-            samples_per_axis,
+            samples,
             ..ViewRow::default()
         };
         for view in [
             view(1, 1, 1),
             view(640, 480, 1),
             view(1920, 1081, 1),
-            view(4096, 2160, 8),
+            view(4096, 2160, 64),
         ] {
             let mut next = 0;
             for band in bands(&view, 8) {

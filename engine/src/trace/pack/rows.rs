@@ -4,7 +4,8 @@ use glam::{DVec3, Vec3};
 
 use crate::frame::wire::{
     LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightRow, MATERIAL_FRESNEL, MATERIAL_MIRROR,
-    MATERIAL_TRANSMITS, MaterialRow, PROJECTION_ORTHOGRAPHIC, PROJECTION_PERSPECTIVE, ViewRow,
+    MATERIAL_TRANSMITS, MaterialRow, PROJECTION_ORTHOGRAPHIC, PROJECTION_PERSPECTIVE,
+    SAMPLES_CAPACITY, ViewRow,
 };
 use crate::frame::{Light, LightKind, TraceSettings, View, ViewProjection};
 use crate::world::{Material, Reflection};
@@ -19,7 +20,7 @@ pub(super) fn view_row(view: &View, settings: &TraceSettings) -> ViewRow {
         right_step: (view.right / half_pixels.x).as_vec3().to_array(),
         height: settings.size.y,
         up_step: (view.up / half_pixels.y).as_vec3().to_array(),
-        samples_per_axis: settings.samples_per_axis.max(1),
+        samples: settings.samples.clamp(1, SAMPLES_CAPACITY),
         projection: match view.projection {
             ViewProjection::Perspective => PROJECTION_PERSPECTIVE,
             ViewProjection::Orthographic => PROJECTION_ORTHOGRAPHIC,

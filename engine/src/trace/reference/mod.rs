@@ -17,7 +17,8 @@ use rayon::prelude::*;
 use self::whitted::Whitted;
 use self::world::{World, WorldRay};
 use super::{Backend, Counters, Hit, PassTime, Picture, Query, Ray, TraceError, Tracer};
-use crate::frame::{FrameScene, TraceSettings, ViewProjection};
+use crate::frame::wire::SAMPLES_CAPACITY;
+use crate::frame::{FrameScene, TraceSettings, ViewProjection, sample_offset};
 
 /// See the module.
 #[derive(Default)]
@@ -53,16 +54,15 @@ impl ReferenceTracer {
     }
 
     fn pixel(&self, x: u32, y: u32, whitted: &mut Whitted) -> DVec3 {
-        let n = self.settings.samples_per_axis.max(1);
+        let samples = self.settings.samples.clamp(1, SAMPLES_CAPACITY);
         let mut sum = DVec3::ZERO;
-        for sample in 0..n * n {
-            let offset = |k: u32| (f64::from(k) + 0.5) / f64::from(n);
-            let px = f64::from(x) + offset(sample % n);
-            let py = f64::from(y) + offset(sample / n);
+        for index in 0..samples {
+            let [right, down] = sample_offset(index).map(f64::from);
             whitted.counters.primary_rays += 1;
-            sum += whitted.radiance(&self.camera_ray(px, py), 1, &Vec::new());
+            let ray = self.camera_ray(f64::from(x) + right, f64::from(y) + down);
+            sum += whitted.radiance(&ray, 1, &Vec::new());
         }
-        sum / f64::from(n * n)
+        sum / f64::from(samples)
     }
 }
 

@@ -139,7 +139,8 @@ fn hills_engine(triangles: usize, common: &Common, size: UVec2) -> Result<Engine
     let world = &mut engine.world;
     world.insert_resource(TraceSettings {
         size: common.size.unwrap_or(size),
-        samples_per_axis: common.samples.per_axis,
+        samples: common.samples,
+        cutoff: common.cutoff,
         max_generations: common.depth,
         ..TraceSettings::default()
     });
