@@ -7,6 +7,9 @@
 #import orrery::scene::{instances, triangles, vertices}
 #import orrery::affine::{map_abs_linear, map_point, map_transposed, map_translation, map_vector, unit_or}
 #import orrery::traverse::Found
+#ifdef SPHERES
+#import orrery::sphere::{project_sphere, sphere_frame}
+#endif
 #ifdef CUBOIDS
 #import orrery::cuboid::cuboid_normal
 #endif
@@ -57,7 +60,7 @@ fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
 #endif
 #ifdef SPHERES
     if kind == KIND_SPHERE {
-        at = sphere_point(instances[found.row].local_from_world[0], near);
+        at = sphere_point(found.row, near);
     }
     if kind == KIND_ELLIPSOID {
         let unit = unit_or(local_near(found, origin, dir), vec3f(0.0, 1.0, 0.0));
@@ -162,10 +165,10 @@ fn abs_cross(a: vec3f, b: vec3f) -> vec3f {
 #endif
 
 #ifdef SPHERES
-fn sphere_point(sphere: vec4f, near: vec3f) -> Point {
-    let normal = unit_or(near - sphere.xyz, vec3f(0.0, 1.0, 0.0));
-    let error = (abs(sphere.xyz) + abs(normal) * sphere.w) * GAMMA_FIVE;
-    return Point(sphere.xyz + normal * sphere.w, error, normal, normal);
+fn sphere_point(row: u32, near: vec3f) -> Point {
+    let frame = sphere_frame(instances[row].local_from_world[0], instances[row].local_from_world[1]);
+    let at = project_sphere(frame, near);
+    return Point(at.position, at.error, at.normal, at.normal);
 }
 #endif
 

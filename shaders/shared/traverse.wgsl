@@ -14,7 +14,7 @@
 #import orrery::triangle::{Shear, hit_triangle, make_shear}
 #endif
 #ifdef SPHERES
-#import orrery::sphere::hit_sphere
+#import orrery::sphere::{hit_sphere, sphere_frame, unit_sphere}
 #endif
 #ifdef CUBOIDS
 #import orrery::cuboid::hit_cuboid
@@ -239,15 +239,15 @@ fn offer_solid(probe: Probe, so_far: Found, row: u32) -> Found {
 #endif
 #ifdef SPHERES
     let rows = instances[row].local_from_world;
-    var from_center = probe.origin - rows[0].xyz;
+    var sphere = sphere_frame(rows[0], rows[1]);
+    var origin = probe.origin;
     var dir = probe.dir;
-    var radius = rows[0].w;
     if kind == KIND_ELLIPSOID {
-        from_center = map_point(rows, probe.origin);
+        sphere = unit_sphere();
+        origin = map_point(rows, probe.origin);
         dir = map_vector(rows, probe.dir);
-        radius = 1.0;
     }
-    let roots = hit_sphere(from_center, dir, radius, probe.start_row == row);
+    let roots = hit_sphere(sphere, origin, dir, probe.start_row == row);
     if roots.hits {
         best = offer(probe, best, Found(Key(roots.near, row, 0u), row, NONE, vec2f(0.0)));
         best = offer(probe, best, Found(Key(roots.far, row, 0u), row, NONE, vec2f(0.0)));

@@ -14,13 +14,13 @@ pub use self::trees::{
     StepRow,
 };
 pub use crate::bvh::{Node4, TRAVERSAL_CAPACITY};
-use crate::geom::AffineRows;
+use crate::geom::{AffineRows, SphereFrame};
 
 /// No row, no hit.
 pub const NONE: u32 = u32::MAX;
 /// [`InstanceRow::kind`]: triangles below [`InstanceRow::root`].
 pub const KIND_MESH: u32 = 0;
-/// [`InstanceRow::kind`]: a sphere in render space: `local_from_world[0]` is centre and radius.
+/// [`InstanceRow::kind`]: a sphere in render space: the rows of `local_from_world` are those of a [`SphereFrame`].
 pub const KIND_SPHERE: u32 = 1;
 /// [`InstanceRow::kind`]: the unit sphere in local space.
 pub const KIND_ELLIPSOID: u32 = 2;
@@ -126,7 +126,7 @@ pub struct PassRow {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct InstanceRow {
-    /// Affine rows; spheres and planes in render space use row 0 alone.
+    /// Affine rows; of planes in render space row 0 alone, of spheres see [`KIND_SPHERE`].
     pub local_from_world: AffineRows,
     /// Affine rows.
     pub world_from_local: AffineRows,
@@ -147,6 +147,14 @@ pub struct InstanceRow {
     pub next_plane: u32,
     /// Meshes: first row of its normals, in the order of vertices; [`NONE`]: faces are flat.
     pub first_normal: u32,
+}
+
+impl InstanceRow {
+    /// The sphere of a row of [`KIND_SPHERE`].
+    #[inline]
+    pub fn sphere(&self) -> SphereFrame {
+        SphereFrame::from_rows(self.local_from_world.0)
+    }
 }
 
 /// A triangle of the host's, in the order of its tree's leaves: small, so that a refit reads little.

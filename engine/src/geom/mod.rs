@@ -10,6 +10,8 @@ mod offset;
 mod plane;
 mod ray;
 mod sphere;
+#[cfg(test)]
+mod testing;
 mod triangle;
 mod trig;
 mod unit;
@@ -21,7 +23,7 @@ pub use moller_trumbore::intersect_triangle_unshared;
 pub use offset::{affine_error, gamma, offset_origin};
 pub use plane::intersect_plane;
 pub use ray::{FAR_WIDENING, SlabRay, safe_reciprocal};
-pub use sphere::{SphereRoots, intersect_sphere};
+pub use sphere::{SphereFrame, SpherePoint, SphereRoots};
 pub use triangle::{Shear, TriangleHit};
 pub use trig::sin_cos;
 pub use unit::unit_or;

@@ -10,7 +10,7 @@ use crate::frame::wire::{
     InstanceRow, KIND_CUBOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, MaterialRow,
 };
 use crate::frame::{FIXED_OFFSET, Offset};
-use crate::geom::{affine_error, cuboid_normal, gamma, offset_origin, unit_or};
+use crate::geom::{SpherePoint, affine_error, cuboid_normal, gamma, offset_origin, unit_or};
 use crate::trace::PackedScene;
 
 /// A point on a primitive, seen along a ray.
@@ -140,11 +140,12 @@ fn abs_cross(a: Vec3, b: Vec3) -> Vec3 {
 }
 
 fn sphere_point(row: &InstanceRow, near: Vec3) -> Point {
-    let [x, y, z, radius] = row.local_from_world.0[0];
-    let center = Vec3::new(x, y, z);
-    let normal = (near - center).normalize_or(Vec3::Y);
-    let error = (center.abs() + normal.abs() * radius) * gamma(5);
-    (center + normal * radius, error, normal, normal)
+    let SpherePoint {
+        position,
+        normal,
+        error,
+    } = row.sphere().project(near);
+    (position, error, normal, normal)
 }
 
 fn plane_point(row: &InstanceRow, near: Vec3) -> Point {

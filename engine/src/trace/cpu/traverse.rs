@@ -11,7 +11,7 @@ use crate::frame::wire::{
 };
 use crate::frame::{BoxTest, TriangleTest};
 use crate::geom::{
-    Shear, SlabRay, TriangleHit, intersect_cuboid, intersect_plane, intersect_sphere,
+    Shear, SlabRay, SphereFrame, TriangleHit, intersect_cuboid, intersect_plane,
     intersect_triangle_unshared,
 };
 use crate::trace::PackedScene;
@@ -190,23 +190,21 @@ impl<const ANY: bool> Search<'_, ANY> {
     fn instance(&mut self, index: u32, stack: &mut Stack) -> bool {
         let row = &self.scene.instances()[index as usize];
         if row.kind == KIND_SPHERE {
-            let [x, y, z, radius] = row.local_from_world.0[0];
-            let from_center = self.probe.origin - Vec3::new(x, y, z);
-            return self.sphere(index, from_center, self.probe.dir, radius);
+            return self.sphere(index, &row.sphere(), self.probe.origin, self.probe.dir);
         }
         let origin = row.local_from_world.point(self.probe.origin);
         let dir = row.local_from_world.vector(self.probe.dir);
         match row.kind {
             KIND_MESH => self.mesh(index, row, origin, dir, stack),
-            KIND_ELLIPSOID => self.sphere(index, origin, dir, 1.0),
+            KIND_ELLIPSOID => self.sphere(index, &SphereFrame::UNIT, origin, dir),
             KIND_CUBOID => self.cuboid(index, origin, dir),
             _ => false,
         }
     }
 
-    fn sphere(&mut self, id: u32, from_center: Vec3, dir: Vec3, radius: f32) -> bool {
+    fn sphere(&mut self, id: u32, sphere: &SphereFrame, origin: Vec3, dir: Vec3) -> bool {
         let starts_on = self.probe.start.id == id;
-        let Some(roots) = intersect_sphere(from_center, dir, radius, starts_on) else {
+        let Some(roots) = sphere.intersect(origin, dir, starts_on) else {
             return false;
         };
         let key = |t| Key { t, id, prim: 0 };

@@ -10,7 +10,7 @@ use crate::frame::wire::{
     InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, NONE,
 };
 use crate::frame::{Instance, Shape};
-use crate::geom::{Aabb, AffineRows};
+use crate::geom::{Aabb, AffineRows, SphereFrame};
 
 /// Both unit shapes fit into it.
 const UNIT_BOX: Aabb = Aabb {
@@ -42,7 +42,8 @@ pub struct Placed {
     at: DVec3,
     /// From there to the origin of the row's local space; of planes, to a point on it.
     offset: DVec3,
-    /// The linear part of local_from_world; of planes, the unit normal as first column.
+    /// The linear part of local_from_world; of planes, the unit normal as first column; of
+    /// spheres, the radius as first number.
     inverse: DMat3,
 }
 
@@ -73,8 +74,8 @@ impl Placed {
         let at = (self.at - eye) + self.offset;
         match row.kind {
             KIND_SPHERE => {
-                let [x, y, z] = at.as_vec3().to_array();
-                row.local_from_world.0[0][..3].copy_from_slice(&[x, y, z]);
+                let sphere = SphereFrame::new(at, self.inverse.x_axis.x);
+                row.local_from_world = AffineRows(sphere.rows());
             }
             KIND_PLANE => row.local_from_world.0[0][3] = self.inverse.x_axis.dot(at) as f32,
             NONE => {}
@@ -197,15 +198,15 @@ fn sphere_row(world: &DAffine3, radius: f64) -> Packed {
         let unit = DAffine3::from_scale(DVec3::splat(radius));
         return affine_row(KIND_ELLIPSOID, world, &unit, UNIT_BOX);
     };
-    let radius = (radius * scale) as f32;
-    let mut row = InstanceRow {
+    let radius = radius * scale;
+    let row = InstanceRow {
         kind: KIND_SPHERE,
         ..VACANT
     };
-    row.local_from_world.0[0][3] = radius;
-    let half = DVec3::splat(f64::from(radius));
+    let half = DVec3::splat(radius);
     let placed = Placed {
         at: world.translation,
+        inverse: DMat3::from_cols(DVec3::X * radius, DVec3::ZERO, DVec3::ZERO),
         ..Placed::NOWHERE
     };
     let padded = PaddedBox {

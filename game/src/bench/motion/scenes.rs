@@ -4,7 +4,7 @@ use std::time::Instant;
 
 use glam::{Affine3A, DVec3, Vec3};
 use orrery_engine::bvh::{Bounds, Node4};
-use orrery_engine::geom::{Shear, intersect_sphere};
+use orrery_engine::geom::{Shear, SphereFrame};
 use orrery_engine::trace::Ray;
 
 use crate::bench::crowd::{Random, side};
@@ -14,12 +14,7 @@ use crate::bench::walk::{Walker, ray};
 #[derive(Clone, Copy, Debug)]
 pub enum Thing {
     /// A sphere in the world.
-    Sphere {
-        /// Its centre.
-        centre: Vec3,
-        /// Its radius.
-        radius: f32,
-    },
+    Sphere(SphereFrame),
     /// A mesh of few triangles.
     Mesh {
         /// Which one.
@@ -113,8 +108,8 @@ impl Scene {
     #[inline]
     fn meet(&self, row: u32, ray: &Ray) -> Option<f32> {
         match self.things[row as usize] {
-            Thing::Sphere { centre, radius } => {
-                let roots = intersect_sphere(ray.origin - centre, ray.dir, radius, false)?;
+            Thing::Sphere(sphere) => {
+                let roots = sphere.intersect(ray.origin, ray.dir, false)?;
                 [roots.near, roots.far].into_iter().find(|&t| t > 0.0)
             }
             Thing::Mesh {

@@ -3,10 +3,10 @@
 //!
 //! The boxes are those of a crowd in motion, recorded frame by frame, so that all three follow the same.
 
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DVec3};
 use orrery_engine::bvh::{InstanceTree, Tree, TreeAction};
 use orrery_engine::frame::{FrameScene, Shape};
-use orrery_engine::geom::Aabb;
+use orrery_engine::geom::{Aabb, SphereFrame};
 use orrery_engine::time::Clock;
 
 use super::Sizes;
@@ -224,18 +224,16 @@ impl Scene {
     /// What is in the boxes of a frame.
     fn of(scene: &FrameScene) -> Self {
         let things = scene.instances.iter().map(|row| match row.shape {
-            Shape::Sphere { radius } => Thing::Sphere {
-                centre: row.world_from_local.translation.as_vec3(),
-                radius: radius as f32,
-            },
+            Shape::Sphere { radius } => {
+                Thing::Sphere(SphereFrame::new(row.world_from_local.translation, radius))
+            }
             Shape::Mesh(mesh) => Thing::Mesh {
                 mesh,
                 local_from_world: row.world_from_local.inverse().as_affine3a(),
             },
-            Shape::Vacant | Shape::Plane { .. } | Shape::Cuboid { .. } => Thing::Sphere {
-                centre: Vec3::ZERO,
-                radius: 0.0,
-            },
+            Shape::Vacant | Shape::Plane { .. } | Shape::Cuboid { .. } => {
+                Thing::Sphere(SphereFrame::new(DVec3::ZERO, 0.0))
+            }
         });
         let corners = |row: &orrery_engine::world::MeshRow| {
             let corner = |i: u32| row.data.vertices[i as usize].as_vec3();
