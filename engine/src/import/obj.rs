@@ -11,7 +11,7 @@ use std::path::Path;
 use glam::{DVec3, Vec3};
 
 use super::{Model, Outline, Part, material_of};
-use crate::world::{MeshData, Polygon, newell_normal, triangulate};
+use crate::world::{MeshData, Polygon, triangulate};
 
 /// Warnings kept for one file; broken files can have one a face.
 const MAX_WARNINGS: usize = 20;
@@ -328,22 +328,11 @@ fn cut(corners: &[Corner], positions: &[DVec3]) -> Result<Vec<[Corner; 3]>, Stri
         })
     };
     let outline: Vec<DVec3> = corners.iter().map(place).collect::<Result<_, _>>()?;
-    let winding = newell_normal(&outline);
-    let polygon = Polygon {
+    let mesh = triangulate(&Polygon {
         loops: vec![outline],
-    };
-    let mesh = triangulate(&polygon)?;
-    let outline = &polygon.loops[0];
-    Ok(mesh
-        .triangles
-        .iter()
-        .map(|&[a, b, c]| {
-            let three = [a, b, c].map(|i| outline[i as usize]);
-            let flipped = newell_normal(&three).dot(winding) < 0.0;
-            let [b, c] = if flipped { [c, b] } else { [b, c] };
-            [a, b, c].map(|i| corners[i as usize])
-        })
-        .collect())
+    })?;
+    let corner = |i: u32| corners[i as usize];
+    Ok(mesh.triangles.iter().map(|t| t.map(corner)).collect())
 }
 
 #[cfg(test)]

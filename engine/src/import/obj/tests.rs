@@ -1,4 +1,5 @@
 use super::*;
+use crate::world::newell_normal;
 
 fn import(text: &str) -> Result<Model, String> {
     read(&plain(text), Path::new("nowhere/x.obj"))
