@@ -7,6 +7,7 @@ mod device_trees;
 mod gpu;
 mod ground_truth;
 mod house;
+mod invariance;
 mod layout;
 mod motion;
 mod moving;

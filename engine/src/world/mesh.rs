@@ -24,7 +24,7 @@ pub struct MeshData {
     pub name: String,
     /// Where the mesh came from, as the scene file wrote it; empty for polygons.
     pub path: String,
-    /// Subtracted in f64 before rounding to f32: the centre of the bounds.
+    /// Subtracted in f64 before rounding to f32: near the centre of the bounds, on a coarse grid.
     pub origin: DVec3,
     /// Length of the diagonal of the bounds.
     pub extent: f64,
@@ -79,9 +79,8 @@ impl MeshData {
         let (origin, extent) = if vertices.is_empty() {
             (DVec3::ZERO, 0.0)
         } else {
-            // Rounded to f32 so that meshes whose vertices are f32 stay exact after the subtraction.
-            let origin = ((min + max) * 0.5).as_vec3().as_dvec3();
-            (origin, (max - min).length())
+            let extent = (max - min).length();
+            (on_grid((min + max) * 0.5, extent), extent)
         };
         let positions = vertices.iter().map(|&v| (v - origin).as_vec3()).collect();
         Ok(Self {
@@ -94,6 +93,17 @@ impl MeshData {
             normals,
             triangles,
         })
+    }
+}
+
+/// The point of a grid of a 64th of the extent, a power of two, that is nearest: few digits, so that subtracting it
+/// leaves vertices that are f32 exact, and moves along with a mesh that is moved by whole steps of the grid.
+fn on_grid(center: DVec3, extent: f64) -> DVec3 {
+    let step = (extent.log2().floor() - 6.0).exp2();
+    if step.is_normal() {
+        (center / step + 0.5).floor() * step
+    } else {
+        center
     }
 }
 

@@ -11,7 +11,7 @@ mod world;
 
 use std::time::Instant;
 
-use glam::{DVec3, UVec2};
+use glam::{DVec2, DVec3, UVec2};
 use rayon::prelude::*;
 
 use self::whitted::Whitted;
@@ -31,10 +31,52 @@ pub struct ReferenceTracer {
     passes: Vec<PassTime>,
 }
 
+/// What a ray meets.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Answer {
+    /// In lengths of the ray's direction.
+    pub t: f64,
+    /// Row of `FrameScene::instances`.
+    pub instance: u32,
+    /// Primitive of the instance.
+    pub prim: u32,
+    /// Barycentric weights of a triangle's second and third corner; 0 for other shapes.
+    pub uv: DVec2,
+    /// Relative to the eye, on the surface.
+    pub point: DVec3,
+    /// Unit normal of the face, outward as the shape or the triangle's winding has it.
+    pub normal: DVec3,
+    /// Unit normal that light is computed with: interpolated on smooth meshes.
+    pub shading_normal: DVec3,
+}
+
 impl ReferenceTracer {
     /// A tracer on rayon's global pool.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// What a ray from `origin` (relative to the eye) along `dir` (of any length but zero) meets first in the uploaded
+    /// frame, in f64: the oracle for single rays.
+    pub fn answer(&self, origin: DVec3, dir: DVec3) -> Option<Answer> {
+        let ray = WorldRay {
+            origin,
+            dir,
+            start: None,
+        };
+        let (after, before) = ((0.0, u32::MAX, u32::MAX), (f64::INFINITY, 0, 0));
+        let hit = self.world.nearest(&ray, after, before)?;
+        let point = self.world.on_surface(&hit, origin + dir * hit.key.0);
+        let (normal, shading_normal, _) = self.world.normals(&hit, point);
+        Some(Answer {
+            t: hit.key.0,
+            instance: hit.key.1,
+            prim: hit.key.2,
+            uv: hit.uv,
+            point,
+            normal,
+            shading_normal,
+        })
     }
 
     /// The ray through a point of the picture, in pixels from its top left corner.

@@ -46,6 +46,7 @@ impl From<&Ray> for WorldRay {
 
 struct Placed {
     id: u32,
+    /// About a point near its middle, like the maps below.
     shape: Shape,
     material: u32,
     render_from_local: DAffine3,
@@ -69,7 +70,9 @@ struct Shown {
 impl Shown {
     fn new(row: &MeshRow) -> Self {
         let deformation = row.deformation.clone();
-        let vertices = deform::vertices(&row.data, deformation.as_deref());
+        let mut vertices = deform::vertices(&row.data, deformation.as_deref());
+        let origin = row.data.origin;
+        vertices.iter_mut().for_each(|vertex| *vertex -= origin);
         let normals = deform::normals(&row.data, deformation.is_some(), &vertices);
         let mesh = MeshData {
             vertices,
@@ -124,17 +127,43 @@ impl World {
             if instance.shape == Shape::Vacant {
                 continue;
             }
+            let (shape, middle) = self.about_middle(instance.shape);
             let mut render_from_local = instance.world_from_local;
-            render_from_local.translation -= scene.view.origin;
+            // In this order: only the first difference is of large numbers, and it is exact or nearly so.
+            render_from_local.translation = (render_from_local.translation - scene.view.origin)
+                + render_from_local.matrix3 * middle;
             let local_from_render = render_from_local.inverse();
             self.placed.push(Placed {
                 id: id as u32,
-                shape: instance.shape,
+                shape,
                 material: instance.material,
                 render_from_local,
                 local_from_render,
                 normal_map: local_from_render.matrix3.transpose(),
             });
+        }
+    }
+
+    /// A shape about a point near its middle, and that point: a scene far from the origin loses no digits.
+    fn about_middle(&self, shape: Shape) -> (Shape, DVec3) {
+        match shape {
+            Shape::Mesh(mesh) => (shape, self.meshes[mesh as usize].source.origin),
+            Shape::Plane { normal, distance } => {
+                let distance_zero = Shape::Plane {
+                    normal,
+                    distance: 0.0,
+                };
+                (distance_zero, normal * (distance / normal.length_squared()))
+            }
+            Shape::Cuboid { min, max } => {
+                let middle = (min + max) * 0.5;
+                let centred = Shape::Cuboid {
+                    min: min - middle,
+                    max: max - middle,
+                };
+                (centred, middle)
+            }
+            Shape::Sphere { .. } | Shape::Vacant => (shape, DVec3::ZERO),
         }
     }
 
