@@ -3,7 +3,7 @@
 // Twin: engine/src/trace/cpu/surface.rs and engine/src/geom/offset.rs.
 #define_import_path orrery::surface
 
-#import orrery::types::{InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, NONE}
+#import orrery::types::{InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, KIND_TORUS, NONE}
 #import orrery::scene::{instances, triangles, vertices}
 #import orrery::affine::{map_abs_linear, map_point, map_transposed, map_translation, map_vector, unit_or}
 #import orrery::traverse::Found
@@ -12,6 +12,12 @@
 #endif
 #ifdef CUBOIDS
 #import orrery::cuboid::cuboid_normal
+#endif
+#ifdef CONES
+#import orrery::cone::cone_point
+#endif
+#ifdef TORI
+#import orrery::torus::torus_point
 #endif
 
 // gamma(n) = n*eps / (1 - n*eps), eps = 2^-24: a bound on n roundings (pbrt-v4, 6.8).
@@ -64,7 +70,7 @@ fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
     }
     if kind == KIND_ELLIPSOID {
         let unit = unit_or(local_near(found, origin, dir), vec3f(0.0, 1.0, 0.0));
-        at = affine_point(found.row, unit, unit);
+        at = affine_point(found.row, unit, unit, abs(unit));
     }
 #endif
 #ifdef PLANES
@@ -76,7 +82,26 @@ fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
     if kind == KIND_CUBOID {
         let normal = cuboid_normal(found.key.prim);
         let inside = clamp(local_near(found, origin, dir), vec3f(-1.0), vec3f(1.0));
-        at = affine_point(found.row, select(normal, inside, normal == vec3f(0.0)), normal);
+        let local = select(normal, inside, normal == vec3f(0.0));
+        at = affine_point(found.row, local, normal, abs(local));
+    }
+#endif
+#ifdef DISCS
+    if kind == KIND_DISC {
+        let local = local_near(found, origin, dir) * vec3f(1.0, 0.0, 1.0);
+        at = affine_point(found.row, local, vec3f(0.0, 1.0, 0.0), abs(local));
+    }
+#endif
+#ifdef CONES
+    if kind == KIND_CONE {
+        let local = cone_point(local_near(found, origin, dir), instances[found.row].parameter, found.key.prim);
+        at = affine_point(found.row, local.at, local.normal, local.roundings);
+    }
+#endif
+#ifdef TORI
+    if kind == KIND_TORUS {
+        let local = torus_point(local_near(found, origin, dir), instances[found.row].parameter);
+        at = affine_point(found.row, local.at, local.normal, local.roundings);
     }
 #endif
     // A triangle too thin for a normal looks straight back.
@@ -186,10 +211,10 @@ fn local_near(found: Found, origin: vec3f, dir: vec3f) -> vec3f {
     return map_point(rows, origin) + map_vector(rows, dir) * found.key.t;
 }
 
-// A point that lies exactly on the unit sphere or box.
-fn affine_point(row: u32, local: vec3f, local_normal: vec3f) -> Point {
+// A point of a solid in its own space, moved onto it: exactly, but for the roundings of that.
+fn affine_point(row: u32, local: vec3f, local_normal: vec3f, roundings: vec3f) -> Point {
     let position = map_point(instances[row].world_from_local, local);
-    let error = affine_error(row, local, abs(local) * GAMMA_FIVE, position);
+    let error = affine_error(row, local, roundings * GAMMA_FIVE, position);
     let normal = map_transposed(instances[row].local_from_world, local_normal);
     return Point(position, error, normal, normal);
 }

@@ -3,7 +3,7 @@
 // Twin: engine/src/trace/cpu/traverse.rs.
 #define_import_path orrery::traverse
 
-#import orrery::types::{CHILD_LEAF, CHILD_NONE, InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, ROOT_OF_SPHERES, TRAVERSAL_CAPACITY}
+#import orrery::types::{CHILD_LEAF, CHILD_NONE, InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, KIND_TORUS, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, ROOT_OF_SPHERES, TRAVERSAL_CAPACITY}
 #import orrery::scene::{instances, nodes, triangles, view}
 #import orrery::affine::{map_point, map_vector}
 #import orrery::slab::{SlabRay, enter_children, tree_ray}
@@ -19,6 +19,15 @@
 #ifdef CUBOIDS
 #import orrery::cuboid::hit_cuboid
 #import orrery::slab::slab_ray
+#endif
+#ifdef DISCS
+#import orrery::disc::hit_disc
+#endif
+#ifdef CONES
+#import orrery::cone::hit_cone
+#endif
+#ifdef TORI
+#import orrery::torus::hit_torus
 #endif
 
 // 1 + 8 ulp: a box may begin so far behind the best hit and still hold one that ties with it.
@@ -219,7 +228,7 @@ fn offer_triangles(probe: Probe, so_far: Found, mesh: u32, shear: Shear, origin:
 }
 #endif
 
-// Spheres, ellipsoids and boxes.
+// Everything but meshes and planes.
 fn offer_solid(probe: Probe, so_far: Found, row: u32) -> Found {
     var best = so_far;
     let kind = instances[row].kind;
@@ -235,6 +244,21 @@ fn offer_solid(probe: Probe, so_far: Found, row: u32) -> Found {
             best = offer(probe, best, Found(Key(hit.far, row, hit.far_face), row, NONE, vec2f(0.0)));
         }
         return best;
+    }
+#endif
+#ifdef DISCS
+    if kind == KIND_DISC {
+        return offer_disc(probe, best, row);
+    }
+#endif
+#ifdef CONES
+    if kind == KIND_CONE {
+        return offer_cone(probe, best, row);
+    }
+#endif
+#ifdef TORI
+    if kind == KIND_TORUS {
+        return offer_torus(probe, best, row);
     }
 #endif
 #ifdef SPHERES
@@ -255,3 +279,42 @@ fn offer_solid(probe: Probe, so_far: Found, row: u32) -> Found {
 #endif
     return best;
 }
+
+#ifdef DISCS
+fn offer_disc(probe: Probe, best: Found, row: u32) -> Found {
+    let rows = instances[row].local_from_world;
+    let hit = hit_disc(map_point(rows, probe.origin), map_vector(rows, probe.dir));
+    if !hit.hits || probe.start_row == row {
+        return best;
+    }
+    return offer(probe, best, Found(Key(hit.t, row, 0u), row, NONE, vec2f(0.0)));
+}
+#endif
+
+#ifdef CONES
+fn offer_cone(probe: Probe, so_far: Found, row: u32) -> Found {
+    let rows = instances[row].local_from_world;
+    let start = select(NONE, probe.start_prim, probe.start_row == row);
+    let hit = hit_cone(map_point(rows, probe.origin), map_vector(rows, probe.dir), instances[row].parameter, start);
+    var best = so_far;
+    if hit.enters {
+        best = offer(probe, best, Found(Key(hit.near, row, hit.near_prim), row, NONE, vec2f(0.0)));
+    }
+    if hit.leaves {
+        best = offer(probe, best, Found(Key(hit.far, row, hit.far_prim), row, NONE, vec2f(0.0)));
+    }
+    return best;
+}
+#endif
+
+#ifdef TORI
+fn offer_torus(probe: Probe, so_far: Found, row: u32) -> Found {
+    let rows = instances[row].local_from_world;
+    let origin = map_point(rows, probe.origin);
+    let roots = hit_torus(origin, map_vector(rows, probe.dir), instances[row].parameter, probe.start_row == row);
+    var best = offer(probe, so_far, Found(Key(roots.x, row, 0u), row, NONE, vec2f(0.0)));
+    best = offer(probe, best, Found(Key(roots.y, row, 0u), row, NONE, vec2f(0.0)));
+    best = offer(probe, best, Found(Key(roots.z, row, 0u), row, NONE, vec2f(0.0)));
+    return offer(probe, best, Found(Key(roots.w, row, 0u), row, NONE, vec2f(0.0)));
+}
+#endif

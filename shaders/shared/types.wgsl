@@ -9,6 +9,9 @@ const KIND_SPHERE: u32 = 1u;
 const KIND_ELLIPSOID: u32 = 2u;
 const KIND_CUBOID: u32 = 3u;
 const KIND_PLANE: u32 = 4u;
+const KIND_DISC: u32 = 5u;
+const KIND_CONE: u32 = 6u;
+const KIND_TORUS: u32 = 7u;
 const ROOT_OF_SPHERES: u32 = 0x80000000u;
 const MATERIAL_FRESNEL: u32 = 1u;
 const MATERIAL_MIRROR: u32 = 2u;
@@ -86,7 +89,7 @@ struct InstanceRow {
     material: u32,
     root: u32,
     first_triangle: u32,
-    spare: u32,
+    parameter: f32,
     mesh: u32,
     next_plane: u32,
     first_normal: u32,

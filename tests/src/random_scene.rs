@@ -191,7 +191,7 @@ fn random_instance(random: &mut Random, materials: usize) -> Instance {
         random.range(0.2, 1.0),
         random.range(0.2, 1.0),
     );
-    let (shape, scale) = match random.below(12) {
+    let (shape, scale) = match random.below(16) {
         0..=2 => (Shape::Sphere { radius: 1.0 }, even),
         3 => (Shape::Sphere { radius: 0.7 }, uneven),
         4..=6 => (
@@ -207,6 +207,37 @@ fn random_instance(random: &mut Random, materials: usize) -> Instance {
                 distance: -8.0,
             },
             DVec3::ONE,
+        ),
+        10 => (
+            Shape::Disc {
+                center: random.cube() * 0.3,
+                normal: random.direction(),
+                radius: 1.0,
+            },
+            uneven,
+        ),
+        11 | 12 => {
+            // Cylinders, cones and what is between.
+            let radius_a = random.range(0.2, 0.8);
+            let radius_b = [radius_a, 0.0, random.range(0.1, 0.9)][random.below(3)];
+            let (a, b) = (
+                random.cube() * 0.5,
+                random.cube() * 0.5 + random.direction() * 2.0,
+            );
+            let shape = Shape::Cone {
+                a,
+                radius_a,
+                b,
+                radius_b,
+            };
+            (shape, uneven)
+        }
+        13 | 14 => (
+            Shape::Torus {
+                major: 0.8,
+                minor: random.range(0.05, 0.7),
+            },
+            uneven,
         ),
         8 | 9 => (Shape::Mesh(0), uneven * DVec3::new(-1.0, 1.0, 1.0)),
         _ => (Shape::Mesh(1), even),

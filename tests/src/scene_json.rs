@@ -65,7 +65,9 @@ pub fn parse(text: &str) -> Result<TruthScene, SceneError> {
     file.into_scene()
 }
 
-const SUPPORTED: [&str; 5] = ["sphere", "plane", "box", "mesh", "polygon"];
+const SUPPORTED: [&str; 9] = [
+    "sphere", "plane", "box", "disc", "cylinder", "cone", "torus", "mesh", "polygon",
+];
 
 /// The names of shapes in the file that are not among [`SUPPORTED`], once each.
 fn unsupported(file: &serde_json::Value) -> Option<String> {
@@ -161,6 +163,26 @@ enum ShapeFile {
     Box {
         min: [f64; 3],
         max: [f64; 3],
+    },
+    Disc {
+        center: [f64; 3],
+        normal: [f64; 3],
+        radius: f64,
+    },
+    Cylinder {
+        a: [f64; 3],
+        b: [f64; 3],
+        radius: f64,
+    },
+    Cone {
+        a: [f64; 3],
+        ra: f64,
+        b: [f64; 3],
+        rb: f64,
+    },
+    Torus {
+        major: f64,
+        minor: f64,
     },
     Mesh {
         vertices: Vec<[f64; 3]>,
@@ -276,6 +298,28 @@ impl ObjectFile {
                 min: min.into(),
                 max: max.into(),
             },
+            ShapeFile::Disc {
+                center,
+                normal,
+                radius,
+            } => Shape::Disc {
+                center: center.into(),
+                normal: normal.into(),
+                radius,
+            },
+            ShapeFile::Cylinder { a, b, radius } => Shape::Cone {
+                a: a.into(),
+                radius_a: radius,
+                b: b.into(),
+                radius_b: radius,
+            },
+            ShapeFile::Cone { a, ra, b, rb } => Shape::Cone {
+                a: a.into(),
+                radius_a: ra,
+                b: b.into(),
+                radius_b: rb,
+            },
+            ShapeFile::Torus { major, minor } => Shape::Torus { major, minor },
             ShapeFile::Mesh {
                 vertices,
                 triangles,
@@ -339,11 +383,11 @@ mod tests {
     fn shapes_the_engine_lacks_are_named() {
         let text = SMALL.replace(
             "OBJECT",
-            r#"{"type": "torus", "major": 2, "minor": 1, "material": "glass"},
-               {"type": "cone", "material": "glass"}, {"type": "torus", "material": "glass"}"#,
+            r#"{"type": "spring", "turns": 2, "material": "glass"},
+               {"type": "blob", "material": "glass"}, {"type": "spring", "material": "glass"}"#,
         );
         let error = parse(&text).unwrap_err();
-        assert_eq!(error, SceneError::NotSupported("cone, torus".into()));
+        assert_eq!(error, SceneError::NotSupported("blob, spring".into()));
     }
 
     #[test]

@@ -72,7 +72,7 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             material,
             root,
             first_triangle,
-            spare,
+            parameter,
             mesh,
             next_plane,
             first_normal,
@@ -190,6 +190,7 @@ macro_rules! constants {
 fn rust_constants() -> BTreeMap<String, u32> {
     let of_rows = constants!(wire:
         NONE, ROOT_OF_SPHERES, KIND_MESH, KIND_SPHERE, KIND_ELLIPSOID, KIND_CUBOID, KIND_PLANE,
+        KIND_DISC, KIND_CONE, KIND_TORUS,
         MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, LIGHT_POINT, LIGHT_DIRECTIONAL,
         LIGHT_SPOT, PROJECTION_PERSPECTIVE, PROJECTION_ORTHOGRAPHIC, QUERY_CLOSEST, QUERY_ANY,
         MEDIA_CAPACITY, GENERATIONS_CAPACITY, STRAIGHT_CAPACITY, TRAVERSAL_CAPACITY,
@@ -283,6 +284,9 @@ pub fn all_features() -> Features {
         spheres: true,
         planes: true,
         cuboids: true,
+        discs: true,
+        cones: true,
+        tori: true,
         spot_lights: true,
         directional_lights: true,
         fade: true,

@@ -6,7 +6,7 @@ use orrery_engine::trace::gpu::{Kernel, Specialisation, shader_source};
 use crate::layout::all_features;
 
 /// Number of switches in [`Features`].
-const SWITCHES: u32 = 11;
+const SWITCHES: u32 = 14;
 
 /// The features whose bits are set.
 fn features(bits: u32) -> Features {
@@ -23,6 +23,9 @@ fn features(bits: u32) -> Features {
         directional_lights: bit(8),
         fade: bit(9),
         sphere_trees: bit(10),
+        discs: bit(11),
+        cones: bit(12),
+        tori: bit(13),
     }
 }
 
@@ -118,6 +121,9 @@ fn presenting_validates_and_its_uniform_is_as_rust_writes_it() {
 fn rays_compose_for_each_mix_of_shapes() {
     for shapes in 0..1 << 4 {
         compose(Kernel::Intersect, features(shapes << 2), 1);
+    }
+    for solids in 0..1 << 3 {
+        compose(Kernel::Intersect, features(solids << 11), 1);
     }
 }
 

@@ -6,8 +6,8 @@ use bevy_ecs::prelude::*;
 
 use super::{EditorState, theme};
 use crate::world::{
-    Camera, Cuboid, DirectionalLight, Material, Mesh, Plane, PointLight, Polygon, SceneId, Sphere,
-    SpotLight, Transform,
+    Camera, Cone, Cuboid, Cylinder, DirectionalLight, Disc, Material, Mesh, Plane, PointLight,
+    Polygon, SceneId, Sphere, SpotLight, Torus, Transform,
 };
 
 /// What the hierarchy remembers.
@@ -49,6 +49,10 @@ fn kind(entity: EntityRef) -> &'static str {
         (entity.contains::<Sphere>(), "sphere"),
         (entity.contains::<Plane>(), "plane"),
         (entity.contains::<Cuboid>(), "box"),
+        (entity.contains::<Disc>(), "disc"),
+        (entity.contains::<Cylinder>(), "cylinder"),
+        (entity.contains::<Cone>(), "cone"),
+        (entity.contains::<Torus>(), "torus"),
         (entity.contains::<Polygon>(), "polygon"),
         (entity.contains::<Mesh>(), "mesh"),
         (entity.contains::<Material>(), "material"),

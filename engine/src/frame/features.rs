@@ -22,6 +22,12 @@ pub struct Features {
     pub planes: bool,
     /// There are boxes.
     pub cuboids: bool,
+    /// There are discs.
+    pub discs: bool,
+    /// There are cylinders or cones.
+    pub cones: bool,
+    /// There are tori.
+    pub tori: bool,
     /// There are spot lights.
     pub spot_lights: bool,
     /// There are directional lights.
@@ -46,6 +52,9 @@ impl Features {
                 Shape::Sphere { .. } => needs.spheres = true,
                 Shape::Plane { .. } => needs.planes = true,
                 Shape::Cuboid { .. } => needs.cuboids = true,
+                Shape::Disc { .. } => needs.discs = true,
+                Shape::Cone { .. } => needs.cones = true,
+                Shape::Torus { .. } => needs.tori = true,
             }
             let material = &scene.materials[instance.material as usize];
             needs.reflection |= material.reflection != Reflection::None;

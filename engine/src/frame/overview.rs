@@ -45,6 +45,20 @@ fn bounds(scene: &FrameScene, instance: &Instance) -> Option<(DVec3, DVec3)> {
         Shape::Vacant | Shape::Plane { .. } => return None,
         Shape::Sphere { radius } => (DVec3::splat(-radius), DVec3::splat(radius)),
         Shape::Cuboid { min, max } => (min, max),
+        Shape::Disc { center, radius, .. } => (center - radius, center + radius),
+        Shape::Cone {
+            a,
+            radius_a,
+            b,
+            radius_b,
+        } => (
+            (a - radius_a).min(b - radius_b),
+            (a + radius_a).max(b + radius_b),
+        ),
+        Shape::Torus { major, minor } => {
+            let reach = DVec3::new(major, 0.0, major) + minor;
+            (-reach, reach)
+        }
         Shape::Mesh(row) => {
             let vertices = &scene.meshes.get(row as usize)?.data.vertices;
             let first = *vertices.first()?;

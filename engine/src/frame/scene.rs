@@ -150,4 +150,31 @@ pub enum Shape {
         /// Greatest corner.
         max: DVec3,
     },
+    /// Flat and round; primitive 0.
+    Disc {
+        /// Its middle.
+        center: DVec3,
+        /// Any length but zero.
+        normal: DVec3,
+        /// Local units.
+        radius: f64,
+    },
+    /// A cylinder or a cone between two points, closed; primitives: side 0, the cap at `a` 1, the cap at `b` 2.
+    Cone {
+        /// Middle of one cap.
+        a: DVec3,
+        /// Radius there, in local units.
+        radius_a: f64,
+        /// Middle of the other cap.
+        b: DVec3,
+        /// Radius there.
+        radius_b: f64,
+    },
+    /// A ring about the local Y axis around the local origin; primitive 0.
+    Torus {
+        /// From the origin to the middle of the tube.
+        major: f64,
+        /// Of the tube; less than `major`.
+        minor: f64,
+    },
 }

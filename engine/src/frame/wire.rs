@@ -28,6 +28,12 @@ pub const KIND_ELLIPSOID: u32 = 2;
 pub const KIND_CUBOID: u32 = 3;
 /// [`InstanceRow::kind`]: a plane in render space: `local_from_world[0]` is unit normal and n.p.
 pub const KIND_PLANE: u32 = 4;
+/// [`InstanceRow::kind`]: the unit disc across Y in local space.
+pub const KIND_DISC: u32 = 5;
+/// [`InstanceRow::kind`]: a closed cone about Y in local space, |y| <= 1, its larger radius 1.
+pub const KIND_CONE: u32 = 6;
+/// [`InstanceRow::kind`]: a torus about Y in local space, its major radius 1.
+pub const KIND_TORUS: u32 = 7;
 /// [`InstanceRow::root`]: the tree's nodes hold spheres, not boxes.
 pub const ROOT_OF_SPHERES: u32 = 1 << 31;
 /// [`MaterialRow::flags`]: reflection by Fresnel's formula; `reflection` is unused.
@@ -139,8 +145,8 @@ pub struct InstanceRow {
     pub root: u32,
     /// Meshes: first row of its triangles. Leaf ranges of the tree count from here.
     pub first_triangle: u32,
-    /// Room for one more number.
-    pub spare: u32,
+    /// Cones: half of what the radius gains from y = -1 to y = 1. Tori: the minor radius.
+    pub parameter: f32,
     /// Meshes: row of `FrameScene::meshes`.
     pub mesh: u32,
     /// Planes: the next one, or [`NONE`].

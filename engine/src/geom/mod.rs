@@ -4,26 +4,34 @@
 
 mod aabb;
 mod affine;
+mod cone;
 mod cuboid;
+mod disc;
 mod moller_trumbore;
 mod offset;
 mod plane;
+mod point;
 mod ray;
 mod sphere;
 #[cfg(test)]
 mod testing;
+mod torus;
 mod triangle;
 mod trig;
 mod unit;
 
 pub use aabb::Aabb;
 pub use affine::AffineRows;
+pub use cone::{CONE_CAP_A, CONE_CAP_B, CONE_SIDE, cone_point, cone_radius, intersect_cone};
 pub use cuboid::{cuboid_normal, intersect_cuboid};
+pub use disc::intersect_disc;
 pub use moller_trumbore::intersect_triangle_unshared;
 pub use offset::{affine_error, gamma, offset_origin};
 pub use plane::intersect_plane;
+pub use point::SolidPoint;
 pub use ray::{FAR_WIDENING, SlabRay, safe_reciprocal};
 pub use sphere::{SphereFrame, SpherePoint, SphereRoots};
+pub use torus::{intersect_torus, torus_point};
 pub use triangle::{Shear, TriangleHit};
 pub use trig::sin_cos;
 pub use unit::unit_or;

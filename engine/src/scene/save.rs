@@ -12,9 +12,9 @@ use super::spawn::{Imported, MeshSource, PoseFiles, SceneRoots};
 use super::timeline::Timeline;
 use super::writer::Writer;
 use crate::world::{
-    ActiveCamera, Background, Camera, Cuboid, DirectionalLight, KeyFrames, Material, Morph, Plane,
-    PointLight, Polygon, Rest, SceneId, Shear, Sphere, SpotLight, Surface, TraceDepth, Transform,
-    Visibility,
+    ActiveCamera, Background, Camera, Cone, Cuboid, Cylinder, DirectionalLight, Disc, KeyFrames,
+    Material, Morph, Plane, PointLight, Polygon, Rest, SceneId, Shear, Sphere, SpotLight, Surface,
+    Torus, TraceDepth, Transform, Visibility,
 };
 
 /// The scene as the text of a scene file. Loading it gives the same components, bit for bit.
@@ -182,6 +182,10 @@ fn shape_of(world: &World, entity: Entity) -> Option<Shape> {
         .or_else(|| world.get::<Sphere>(entity).copied().map(Shape::Sphere))
         .or_else(|| world.get::<Plane>(entity).copied().map(Shape::Plane))
         .or_else(|| world.get::<Cuboid>(entity).copied().map(Shape::Box))
+        .or_else(|| world.get::<Disc>(entity).copied().map(Shape::Disc))
+        .or_else(|| world.get::<Cylinder>(entity).copied().map(Shape::Cylinder))
+        .or_else(|| world.get::<Cone>(entity).copied().map(Shape::Cone))
+        .or_else(|| world.get::<Torus>(entity).copied().map(Shape::Torus))
 }
 
 fn light_of(world: &World, entity: Entity) -> Option<Light> {

@@ -145,11 +145,7 @@ impl Spawner {
             return id.value.clone();
         }
         let kind = match (&entity.shape, &entity.light, &entity.camera) {
-            (Some(Shape::Sphere(_)), ..) => "sphere",
-            (Some(Shape::Plane(_)), ..) => "plane",
-            (Some(Shape::Box(_)), ..) => "box",
-            (Some(Shape::Polygon(_)), ..) => "polygon",
-            (Some(Shape::Mesh(_)), ..) => "mesh",
+            (Some(shape), ..) => shape.name(),
             (None, Some(_), _) => "light",
             (None, None, Some(_)) => "camera",
             (None, None, None) => "group",
@@ -215,6 +211,10 @@ impl Spawner {
             Some(Shape::Sphere(sphere)) => drop(spawned.insert(*sphere)),
             Some(Shape::Plane(plane)) => drop(spawned.insert(*plane)),
             Some(Shape::Box(cuboid)) => drop(spawned.insert(*cuboid)),
+            Some(Shape::Disc(disc)) => drop(spawned.insert(*disc)),
+            Some(Shape::Cylinder(cylinder)) => drop(spawned.insert(*cylinder)),
+            Some(Shape::Cone(cone)) => drop(spawned.insert(*cone)),
+            Some(Shape::Torus(torus)) => drop(spawned.insert(*torus)),
             Some(Shape::Polygon(polygon)) => {
                 spawned.insert(polygon.clone());
                 if let Some(structure) = file.structure {

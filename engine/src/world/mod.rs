@@ -36,7 +36,9 @@ pub use motion::{Orbit, PathMotion, Rest, Spin, Sway, move_things};
 pub use own_mesh::derive_own_meshes;
 pub use polygon::{newell_normal, triangulate};
 pub use propagate::{Inherited, mark_reparented, propagate, propagate_alone};
-pub use shape::{Cuboid, Mesh, OwnMesh, Plane, Polygon, Sphere, Surface};
+pub use shape::{
+    Cone, Cuboid, Cylinder, Disc, Mesh, OwnMesh, Plane, Polygon, Sphere, Surface, Torus,
+};
 pub use structure::Structure;
 pub use table::{Changes, Table};
 pub use transform::{GlobalTransform, Shear, Transform, world_from_local};
@@ -92,6 +94,10 @@ fn register_types(registry: &AppTypeRegistry) {
     registry.register::<Sphere>();
     registry.register::<Plane>();
     registry.register::<Cuboid>();
+    registry.register::<Disc>();
+    registry.register::<Cylinder>();
+    registry.register::<Cone>();
+    registry.register::<Torus>();
     registry.register::<Polygon>();
     registry.register::<OwnMesh>();
     registry.register::<Structure>();

@@ -81,6 +81,102 @@ impl Default for Cuboid {
     }
 }
 
+/// A flat round plate.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+#[component(summary_tick)]
+pub struct Disc {
+    /// Its middle.
+    pub center: DVec3,
+    /// What it lies across; any length but zero.
+    pub normal: DVec3,
+    /// Local units, > 0.
+    pub radius: f64,
+}
+
+impl Default for Disc {
+    fn default() -> Self {
+        Self {
+            center: DVec3::ZERO,
+            normal: DVec3::Y,
+            radius: 1.0,
+        }
+    }
+}
+
+/// A cylinder between two points, closed with flat caps.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+#[component(summary_tick)]
+pub struct Cylinder {
+    /// Middle of one cap.
+    pub a: DVec3,
+    /// Middle of the other; elsewhere than `a`.
+    pub b: DVec3,
+    /// Local units, > 0.
+    pub radius: f64,
+}
+
+impl Default for Cylinder {
+    fn default() -> Self {
+        Self {
+            a: DVec3::ZERO,
+            b: DVec3::Y,
+            radius: 0.5,
+        }
+    }
+}
+
+/// A cone between two points, closed with flat caps; truncated where neither radius is 0.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+#[component(summary_tick)]
+pub struct Cone {
+    /// Middle of one cap.
+    pub a: DVec3,
+    /// Radius there, in local units: >= 0, and one of the two > 0.
+    pub radius_a: f64,
+    /// Middle of the other cap; elsewhere than `a`.
+    pub b: DVec3,
+    /// Radius there.
+    pub radius_b: f64,
+}
+
+impl Default for Cone {
+    fn default() -> Self {
+        Self {
+            a: DVec3::ZERO,
+            radius_a: 0.5,
+            b: DVec3::Y,
+            radius_b: 0.0,
+        }
+    }
+}
+
+/// A ring about the local Y axis around the local origin.
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[reflect(Component, Default, Clone, PartialEq)]
+#[require(Transform, Visibility)]
+#[component(summary_tick)]
+pub struct Torus {
+    /// From the origin to the middle of the tube.
+    pub major: f64,
+    /// Of the tube; > 0 and less than `major`, so that the ring does not meet itself.
+    pub minor: f64,
+}
+
+impl Default for Torus {
+    fn default() -> Self {
+        Self {
+            major: 1.0,
+            minor: 0.25,
+        }
+    }
+}
+
 /// A planar polygon of any number of corners, concave or with holes (even-odd over its loops).
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]

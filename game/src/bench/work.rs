@@ -69,6 +69,9 @@ impl Work {
                     )),
                     None => builder.work.left_out += 1,
                 },
+                Shape::Disc { .. } | Shape::Cone { .. } | Shape::Torus { .. } => {
+                    builder.work.left_out += 1;
+                }
             }
         }
         builder.finish(scene, &spheres)
@@ -196,6 +199,17 @@ fn farthest(scene: &FrameScene) -> f64 {
             Shape::Vacant | Shape::Plane { .. } => return 0.0,
             Shape::Sphere { radius } => (DVec3::ZERO, radius),
             Shape::Cuboid { min, max } => ((min + max) * 0.5, (max - min).length() * 0.5),
+            Shape::Disc { center, radius, .. } => (center, radius),
+            Shape::Cone {
+                a,
+                radius_a,
+                b,
+                radius_b,
+            } => {
+                let largest = radius_a.max(radius_b);
+                ((a + b) * 0.5, (b - a).length() * 0.5 + largest)
+            }
+            Shape::Torus { major, minor } => (DVec3::ZERO, major + minor),
             Shape::Mesh(mesh) => {
                 let mesh = &scene.meshes[mesh as usize].data;
                 let far = mesh.positions.iter().map(|p| p.length_squared());

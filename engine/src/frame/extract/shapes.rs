@@ -1,27 +1,40 @@
 //! Shapes to instance rows.
 
 use bevy_ecs::prelude::*;
+use bevy_ecs::query::QueryData;
 use bevy_ecs::system::SystemParam;
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec2, DVec3};
 
 use super::Rows;
 use crate::frame::{FrameScene, Instance, Shape};
 use crate::world::{
-    Cuboid, FARTHEST, GlobalTransform, GlobalVisibility, Mesh, OwnMesh, Plane, Sphere, Surface,
-    any_changed,
+    Cone, Cuboid, Cylinder, Disc, FARTHEST, GlobalTransform, GlobalVisibility, Mesh, OwnMesh,
+    Plane, Sphere, Surface, Torus, any_changed,
 };
 
-pub(super) type ShapeParts<'a> = (
-    Entity,
-    &'a GlobalTransform,
-    &'a GlobalVisibility,
-    Option<&'a Surface>,
-    Option<&'a Mesh>,
-    Option<&'a OwnMesh>,
-    Option<&'a Sphere>,
-    Option<&'a Plane>,
-    Option<&'a Cuboid>,
-);
+/// An entity with a shape.
+#[derive(QueryData)]
+pub(super) struct ShapeParts {
+    entity: Entity,
+    transform: &'static GlobalTransform,
+    visible: &'static GlobalVisibility,
+    surface: Option<&'static Surface>,
+    solid: SolidParts,
+    mesh: Option<&'static Mesh>,
+    own_mesh: Option<&'static OwnMesh>,
+}
+
+/// The shapes that are a component and nothing else.
+#[derive(QueryData)]
+pub(super) struct SolidParts {
+    sphere: Option<&'static Sphere>,
+    plane: Option<&'static Plane>,
+    cuboid: Option<&'static Cuboid>,
+    disc: Option<&'static Disc>,
+    cylinder: Option<&'static Cylinder>,
+    cone: Option<&'static Cone>,
+    torus: Option<&'static Torus>,
+}
 
 pub(super) type AnyShape = Or<(
     With<Mesh>,
@@ -29,6 +42,10 @@ pub(super) type AnyShape = Or<(
     With<Sphere>,
     With<Plane>,
     With<Cuboid>,
+    With<Disc>,
+    With<Cylinder>,
+    With<Cone>,
+    With<Torus>,
 )>;
 
 pub(super) type ShapeChanged = Or<(
@@ -40,30 +57,46 @@ pub(super) type ShapeChanged = Or<(
     Changed<Sphere>,
     Changed<Plane>,
     Changed<Cuboid>,
+    Changed<Disc>,
+    Changed<Cylinder>,
+    Changed<Cone>,
+    Changed<Torus>,
 )>;
 
+/// What was taken off entities.
+#[derive(SystemParam)]
+pub(super) struct RemovedParts<'w, 's> {
+    surfaces: RemovedComponents<'w, 's, Surface>,
+    meshes: RemovedComponents<'w, 's, Mesh>,
+    own: RemovedComponents<'w, 's, OwnMesh>,
+    spheres: RemovedComponents<'w, 's, Sphere>,
+    planes: RemovedComponents<'w, 's, Plane>,
+    cuboids: RemovedComponents<'w, 's, Cuboid>,
+    discs: RemovedComponents<'w, 's, Disc>,
+    cylinders: RemovedComponents<'w, 's, Cylinder>,
+    cones: RemovedComponents<'w, 's, Cone>,
+    tori: RemovedComponents<'w, 's, Torus>,
+}
+
+impl RemovedParts<'_, '_> {
+    fn read(&mut self) -> Vec<Entity> {
+        let found = self.meshes.read().chain(self.own.read());
+        let found = found.chain(self.spheres.read()).chain(self.planes.read());
+        let found = found.chain(self.cuboids.read()).chain(self.discs.read());
+        let found = found.chain(self.cylinders.read()).chain(self.cones.read());
+        let found = found.chain(self.tori.read()).chain(self.surfaces.read());
+        found.collect()
+    }
+}
+
 /// Frees the rows of entities that are gone or have no shape any more.
-#[allow(clippy::too_many_arguments)] // one reader a kind of shape
 pub(super) fn vacate_removed(
     mut scene: ResMut<FrameScene>,
     mut rows: ResMut<Rows>,
-    mut meshes: RemovedComponents<Mesh>,
-    mut polygons: RemovedComponents<OwnMesh>,
-    mut spheres: RemovedComponents<Sphere>,
-    mut planes: RemovedComponents<Plane>,
-    mut cuboids: RemovedComponents<Cuboid>,
-    mut surfaces: RemovedComponents<Surface>,
+    mut removed: RemovedParts,
     shapes: Query<ShapeParts, AnyShape>,
 ) {
-    let touched: Vec<Entity> = meshes
-        .read()
-        .chain(polygons.read())
-        .chain(spheres.read())
-        .chain(planes.read())
-        .chain(cuboids.read())
-        .chain(surfaces.read())
-        .collect();
-    for entity in touched {
+    for entity in removed.read() {
         match shapes.get(entity) {
             Ok(parts) => write_instance(&mut scene, &mut rows, parts),
             Err(_) => rows.vacate(&mut scene, entity),
@@ -82,7 +115,7 @@ pub(super) fn relink_materials(
     }
     for parts in &shapes {
         if parts
-            .3
+            .surface
             .is_some_and(|surface| rows.relinked.contains(&surface.0))
         {
             write_instance(&mut scene, &mut rows, parts);
@@ -101,6 +134,10 @@ pub(super) struct ShapeWatch<'w, 's> {
     spheres: Query<'w, 's, Ref<'static, Sphere>>,
     planes: Query<'w, 's, Ref<'static, Plane>>,
     cuboids: Query<'w, 's, Ref<'static, Cuboid>>,
+    discs: Query<'w, 's, Ref<'static, Disc>>,
+    cylinders: Query<'w, 's, Ref<'static, Cylinder>>,
+    cones: Query<'w, 's, Ref<'static, Cone>>,
+    tori: Query<'w, 's, Ref<'static, Torus>>,
 }
 
 impl ShapeWatch<'_, '_> {
@@ -113,6 +150,10 @@ impl ShapeWatch<'_, '_> {
             || any_changed(&self.spheres)
             || any_changed(&self.planes)
             || any_changed(&self.cuboids)
+            || any_changed(&self.discs)
+            || any_changed(&self.cylinders)
+            || any_changed(&self.cones)
+            || any_changed(&self.tori)
     }
 }
 
@@ -130,30 +171,16 @@ pub(super) fn extract_instances(
     }
 }
 
-fn write_instance(scene: &mut FrameScene, rows: &mut Rows, parts: ShapeParts) {
-    let (entity, transform, visible, surface, mesh, own, sphere, plane, cuboid) = parts;
-    let shape = if let Some(own) = own {
-        Shape::Mesh(own.0.0)
-    } else if let Some(mesh) = mesh {
-        Shape::Mesh(mesh.0.0)
-    } else if let Some(sphere) = sphere {
-        Shape::Sphere {
-            radius: sphere.radius,
-        }
-    } else if let Some(plane) = plane {
-        Shape::Plane {
-            normal: plane.normal,
-            distance: plane.distance,
-        }
-    } else if let Some(cuboid) = cuboid {
-        Shape::Cuboid {
-            min: cuboid.min,
-            max: cuboid.max,
-        }
-    } else {
-        Shape::Vacant
+fn write_instance(scene: &mut FrameScene, rows: &mut Rows, parts: ShapePartsItem) {
+    let entity = parts.entity;
+    let mesh = parts.own_mesh.map(|own| own.0);
+    let mesh = mesh.or(parts.mesh.map(|mesh| mesh.0));
+    let shape = match mesh {
+        Some(mesh) => Shape::Mesh(mesh.0),
+        None => parts.solid.shape(),
     };
-    let drawable = is_drawable(transform.0, shape, scene.meshes.len());
+    let world_from_local = parts.transform.0;
+    let drawable = is_drawable(world_from_local, shape, scene.meshes.len());
     if drawable {
         rows.singular.remove(&entity);
     } else if rows.singular.insert(entity) {
@@ -163,17 +190,55 @@ fn write_instance(scene: &mut FrameScene, rows: &mut Rows, parts: ShapeParts) {
     }
     let row = Instance {
         tag: entity.to_bits(),
-        shape: if drawable && visible.0 {
+        shape: if drawable && parts.visible.0 {
             shape
         } else {
             Shape::Vacant
         },
-        world_from_local: transform.0,
-        material: surface
+        world_from_local,
+        material: parts
+            .surface
             .and_then(|surface| rows.materials.get(&surface.0).copied())
             .unwrap_or(0),
     };
     rows.instance_row(scene, entity, row);
+}
+
+impl SolidPartsItem<'_, '_> {
+    /// The first one there is.
+    fn shape(&self) -> Shape {
+        if let Some(&Sphere { radius }) = self.sphere {
+            Shape::Sphere { radius }
+        } else if let Some(&Plane { normal, distance }) = self.plane {
+            Shape::Plane { normal, distance }
+        } else if let Some(&Cuboid { min, max }) = self.cuboid {
+            Shape::Cuboid { min, max }
+        } else if let Some(disc) = self.disc {
+            Shape::Disc {
+                center: disc.center,
+                normal: disc.normal,
+                radius: disc.radius,
+            }
+        } else if let Some(cylinder) = self.cylinder {
+            Shape::Cone {
+                a: cylinder.a,
+                radius_a: cylinder.radius,
+                b: cylinder.b,
+                radius_b: cylinder.radius,
+            }
+        } else if let Some(cone) = self.cone {
+            Shape::Cone {
+                a: cone.a,
+                radius_a: cone.radius_a,
+                b: cone.b,
+                radius_b: cone.radius_b,
+            }
+        } else if let Some(&Torus { major, minor }) = self.torus {
+            Shape::Torus { major, minor }
+        } else {
+            Shape::Vacant
+        }
+    }
 }
 
 /// Whether f32 tracers can invert the transform, and the shape has an extent and a place in their range.
@@ -193,6 +258,26 @@ fn is_drawable(world_from_local: DAffine3, shape: Shape, meshes: usize) -> bool 
             length.is_normal() && within(normal * (distance / (length * length)))
         }
         Shape::Cuboid { min, max } => min.cmplt(max).all() && reaches(min) && reaches(max),
+        Shape::Disc {
+            center,
+            normal,
+            radius,
+        } => radius > 0.0 && normal.length().is_normal() && reaches(center.abs() + radius),
+        Shape::Cone {
+            a,
+            radius_a,
+            b,
+            radius_b,
+        } => {
+            let radii = DVec2::new(radius_a, radius_b);
+            // Longer or wider by more than this, the map to its own space is singular in f32.
+            let slenderness = (b - a).length() / radii.max_element();
+            let is_solid = radii.cmpge(DVec2::ZERO).all() && (1e-7..1e7).contains(&slenderness);
+            is_solid && reaches(a.abs() + radius_a) && reaches(b.abs() + radius_b)
+        }
+        Shape::Torus { major, minor } => {
+            minor > 0.0 && minor < major && reaches(DVec3::splat(major + minor))
+        }
     };
     extent && within(world_from_local.translation) && volume.abs() > 1e-12 * bound && bound > 0.0
 }

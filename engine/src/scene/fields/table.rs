@@ -6,8 +6,9 @@ use super::{Field, FieldKind, Value};
 use crate::scene::schema::{Angle, from_degrees, range, to_degrees};
 use crate::scene::writer::Writer;
 use crate::world::{
-    Camera, Cuboid, DirectionalLight, Fade, KeyFrames, Lobe, Material, Morph, Plane, PointLight,
-    Projection, Reflection, Sphere, SpotLight, ToneMap, Transform, Twist, Visibility, Wave,
+    Camera, Cone, Cuboid, Cylinder, DirectionalLight, Disc, Fade, KeyFrames, Lobe, Material, Morph,
+    Plane, PointLight, Projection, Reflection, Sphere, SpotLight, ToneMap, Torus, Transform, Twist,
+    Visibility, Wave,
 };
 
 /// `field!(path: Kind in [Components], getter to an option, setter, range)`. The setter works on a copy; the
@@ -110,7 +111,7 @@ pub fn all() -> &'static [Field] {
     &FIELDS
 }
 
-static FIELDS: [Field; 41] = [
+static FIELDS: [Field; 53] = [
     field!("transform.translation": Vec3 in [Transform],
         |c| Some(c.translation), |c, v| c.translation = v),
     field!("transform.rotation": Rotation in [Transform],
@@ -124,6 +125,25 @@ static FIELDS: [Field; 41] = [
     field!("plane.distance": Number in [Plane], |c| Some(c.distance), |c, v| c.distance = v),
     field!("box.min": Vec3 in [Cuboid], |c| Some(c.min), |c, v| c.min = v),
     field!("box.max": Vec3 in [Cuboid], |c| Some(c.max), |c, v| c.max = v),
+    field!("disc.center": Vec3 in [Disc], |c| Some(c.center), |c, v| c.center = v),
+    field!("disc.normal": Vec3 in [Disc],
+        |c| Some(c.normal), |c, v| c.normal = v, range::direction),
+    field!("disc.radius": Number in [Disc],
+        |c| Some(c.radius), |c, v| c.radius = v, range::positive),
+    field!("cylinder.a": Vec3 in [Cylinder], |c| Some(c.a), |c, v| c.a = v),
+    field!("cylinder.b": Vec3 in [Cylinder], |c| Some(c.b), |c, v| c.b = v),
+    field!("cylinder.radius": Number in [Cylinder],
+        |c| Some(c.radius), |c, v| c.radius = v, range::positive),
+    field!("cone.a": Vec3 in [Cone], |c| Some(c.a), |c, v| c.a = v),
+    field!("cone.radius_a": Number in [Cone],
+        |c| Some(c.radius_a), |c, v| c.radius_a = v, range::radius),
+    field!("cone.b": Vec3 in [Cone], |c| Some(c.b), |c, v| c.b = v),
+    field!("cone.radius_b": Number in [Cone],
+        |c| Some(c.radius_b), |c, v| c.radius_b = v, range::radius),
+    field!("torus.major": Number in [Torus],
+        |c| Some(c.major), |c, v| c.major = v, range::positive),
+    field!("torus.minor": Number in [Torus],
+        |c| Some(c.minor), |c, v| c.minor = v, range::positive),
     field!("deform.keys.start": Number in [KeyFrames], |c| Some(c.start), |c, v| c.start = v),
     field!("deform.morph.weights.0": Number in [Morph],
         |c| weight(c, 0), |c, v| set_weight(c, 0, v), within_million),

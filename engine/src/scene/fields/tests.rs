@@ -3,8 +3,8 @@ use glam::{DQuat, DVec3, Vec3};
 use super::*;
 use crate::scene::tests::Chance;
 use crate::world::{
-    Camera, Cuboid, DirectionalLight, Fade, KeyFrames, Lobe, Material, Morph, Plane, PointLight,
-    Projection, Sphere, SpotLight, Transform, Twist, Visibility, Wave,
+    Camera, Cone, Cuboid, Cylinder, DirectionalLight, Disc, Fade, KeyFrames, Lobe, Material, Morph,
+    Plane, PointLight, Projection, Sphere, SpotLight, Torus, Transform, Twist, Visibility, Wave,
 };
 
 /// Entities that together have every field.
@@ -35,6 +35,14 @@ fn cast(world: &mut World) -> Vec<Entity> {
                     fade,
                     ..Default::default()
                 },
+            ))
+            .id(),
+        world
+            .spawn((
+                Disc::default(),
+                Cylinder::default(),
+                Cone::default(),
+                Torus::default(),
             ))
             .id(),
         world

@@ -120,9 +120,10 @@ impl Resolver {
         };
         let component = field.value.split('.').next().unwrap_or_default();
         let there = match component {
-            "sphere" => matches!(entity.shape, Some(Shape::Sphere(_))),
-            "plane" => matches!(entity.shape, Some(Shape::Plane(_))),
-            "box" => matches!(entity.shape, Some(Shape::Box(_))),
+            shape if Shape::NAMES.contains(&shape) => entity
+                .shape
+                .as_ref()
+                .is_some_and(|found| found.name() == shape),
             "deform" => self.deforms(entity, &field.value),
             "light" => entity.light.is_some(),
             "camera" => entity.camera.is_some(),

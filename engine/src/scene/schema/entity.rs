@@ -194,7 +194,7 @@ fn read_entities(reader: &mut Reader, node: &Node) -> Option<Vec<Entity>> {
     reader.list(node, "entities", Entity::read)
 }
 
-const ENTITY_FIELDS: [&str; 16] = [
+const ENTITY_FIELDS: [&str; 20] = [
     "id",
     "name",
     "visible",
@@ -202,6 +202,10 @@ const ENTITY_FIELDS: [&str; 16] = [
     "sphere",
     "plane",
     "box",
+    "disc",
+    "cylinder",
+    "cone",
+    "torus",
     "polygon",
     "mesh",
     "deform",
@@ -212,8 +216,6 @@ const ENTITY_FIELDS: [&str; 16] = [
     "camera",
     "children",
 ];
-
-const SHAPES: [&str; 5] = ["sphere", "plane", "box", "polygon", "mesh"];
 
 impl Schema for Entity {
     fn read(reader: &mut Reader, node: &Node) -> Option<Self> {
@@ -239,13 +241,8 @@ impl Schema for Entity {
                 writer.field("visible", &false);
             }
             writer.field_unless_default("transform", &self.pose, &Pose::default());
-            match &self.shape {
-                Some(Shape::Sphere(shape)) => writer.field("sphere", shape),
-                Some(Shape::Plane(shape)) => writer.field("plane", shape),
-                Some(Shape::Box(shape)) => writer.field("box", shape),
-                Some(Shape::Polygon(shape)) => writer.field("polygon", shape),
-                Some(Shape::Mesh(shape)) => writer.field("mesh", shape),
-                None => {}
+            if let Some(shape) = &self.shape {
+                shape.write_field(writer);
             }
             writer.field_unless_default("deform", &self.deform, &Deform::default());
             writer.field_if("structure", self.structure.as_ref());
@@ -264,7 +261,7 @@ fn read_entity(reader: &mut Reader, node: &Node) -> Option<Entity> {
     if let Some(id) = id.as_ref().filter(|id| id.value.is_empty()) {
         reader.expected(id.place.at, "found an empty id", "a name");
     }
-    let shapes: Vec<&str> = SHAPES
+    let shapes: Vec<&str> = Shape::NAMES
         .into_iter()
         .filter(|name| fields.get(name).is_some())
         .collect();
@@ -286,20 +283,13 @@ fn read_entity(reader: &mut Reader, node: &Node) -> Option<Entity> {
             reader.expected(entry.at, found, "a mesh or a polygon beside it");
         }
     }
-    // Every shape is read, so that the problems of each are seen.
-    let shapes = [
-        fields.read(reader, "sphere").map(Shape::Sphere),
-        fields.read(reader, "plane").map(Shape::Plane),
-        fields.read(reader, "box").map(Shape::Box),
-        fields.read(reader, "polygon").map(Shape::Polygon),
-        fields.read(reader, "mesh").map(Shape::Mesh),
-    ];
+    let shape = Shape::read_first(reader, &fields);
     Some(Entity {
         id,
         name: fields.read(reader, "name"),
         hidden: fields.read(reader, "visible") == Some(false),
         pose: fields.read(reader, "transform").unwrap_or_default(),
-        shape: shapes.into_iter().flatten().next(),
+        shape,
         deform: fields.read(reader, "deform").unwrap_or_default(),
         structure: fields.read(reader, "structure"),
         motion: fields.read(reader, "motion").unwrap_or_default(),

@@ -45,6 +45,11 @@ pub mod range {
         when(*value > 0.0, "a number greater than 0")
     }
 
+    /// A length that may vanish.
+    pub fn radius(value: &f64) -> Check {
+        when(*value >= 0.0, "a number of at least 0")
+    }
+
     /// A factor.
     pub fn not_negative(value: &f32) -> Check {
         when(*value >= 0.0, "a number of at least 0")

@@ -1,13 +1,15 @@
-//! Shapes: sphere, plane, box, polygon, mesh file.
+//! Shapes: the solids by their numbers, polygon, mesh file.
 
 use glam::DVec3;
 
 use super::primitive::At;
 use super::range;
-use crate::scene::reader::{Reader, Schema, record};
+use crate::scene::reader::{Fields, Reader, Schema, record};
 use crate::scene::syntax::Node;
 use crate::scene::writer::Writer;
-use crate::world::{Cuboid, Plane, Polygon, Sphere, newell_normal, triangulate};
+use crate::world::{
+    Cone, Cuboid, Cylinder, Disc, Plane, Polygon, Sphere, Torus, newell_normal, triangulate,
+};
 
 /// The one shape an entity has. In the file the key says which: `sphere: (radius: 2)`.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,10 +20,72 @@ pub enum Shape {
     Plane(Plane),
     /// `box`
     Box(Cuboid),
+    /// `disc`
+    Disc(Disc),
+    /// `cylinder`
+    Cylinder(Cylinder),
+    /// `cone`
+    Cone(Cone),
+    /// `torus`
+    Torus(Torus),
     /// `polygon`
     Polygon(Polygon),
     /// `mesh`
     Mesh(MeshFile),
+}
+
+impl Shape {
+    /// All names there are.
+    pub const NAMES: [&str; 9] = [
+        "sphere", "plane", "box", "disc", "cylinder", "cone", "torus", "polygon", "mesh",
+    ];
+
+    /// The key it has in the file.
+    pub fn name(&self) -> &'static str {
+        match self {
+            Self::Sphere(_) => "sphere",
+            Self::Plane(_) => "plane",
+            Self::Box(_) => "box",
+            Self::Disc(_) => "disc",
+            Self::Cylinder(_) => "cylinder",
+            Self::Cone(_) => "cone",
+            Self::Torus(_) => "torus",
+            Self::Polygon(_) => "polygon",
+            Self::Mesh(_) => "mesh",
+        }
+    }
+
+    /// The first shape among the fields of an entity. Every shape is read, so that the problems of each are seen.
+    pub fn read_first(reader: &mut Reader, fields: &Fields) -> Option<Self> {
+        let shapes = [
+            fields.read(reader, "sphere").map(Self::Sphere),
+            fields.read(reader, "plane").map(Self::Plane),
+            fields.read(reader, "box").map(Self::Box),
+            fields.read(reader, "disc").map(Self::Disc),
+            fields.read(reader, "cylinder").map(Self::Cylinder),
+            fields.read(reader, "cone").map(Self::Cone),
+            fields.read(reader, "torus").map(Self::Torus),
+            fields.read(reader, "polygon").map(Self::Polygon),
+            fields.read(reader, "mesh").map(Self::Mesh),
+        ];
+        shapes.into_iter().flatten().next()
+    }
+
+    /// Writes it under its name.
+    pub fn write_field(&self, writer: &mut Writer) {
+        let name = self.name();
+        match self {
+            Self::Sphere(shape) => writer.field(name, shape),
+            Self::Plane(shape) => writer.field(name, shape),
+            Self::Box(shape) => writer.field(name, shape),
+            Self::Disc(shape) => writer.field(name, shape),
+            Self::Cylinder(shape) => writer.field(name, shape),
+            Self::Cone(shape) => writer.field(name, shape),
+            Self::Torus(shape) => writer.field(name, shape),
+            Self::Polygon(shape) => writer.field(name, shape),
+            Self::Mesh(shape) => writer.field(name, shape),
+        }
+    }
 }
 
 /// A mesh by the path of its file, relative to the scene file.
@@ -39,6 +103,78 @@ record!("a plane", Plane {
     "normal" => normal: DVec3, range::direction;
     "distance" => distance: f64;
 });
+
+record!("a disc", Disc {
+    "center" => center: DVec3;
+    "normal" => normal: DVec3, range::direction;
+    "radius" => radius: f64, range::positive;
+});
+
+record!("a cylinder", Cylinder {
+    "a" => a: DVec3;
+    "b" => b: DVec3;
+    "radius" => radius: f64, range::positive;
+}, is_a_cylinder);
+
+record!("a cone", Cone {
+    "a" => a: DVec3;
+    "radius_a" => radius_a: f64, range::radius;
+    "b" => b: DVec3;
+    "radius_b" => radius_b: f64, range::radius;
+}, is_a_cone);
+
+record!("a torus", Torus {
+    "major" => major: f64, range::positive;
+    "minor" => minor: f64, range::positive;
+}, is_a_torus);
+
+fn is_a_cylinder(reader: &mut Reader, fields: &Fields, cylinder: &Cylinder) -> Option<()> {
+    ends_differ(reader, fields, cylinder.a, cylinder.b)
+}
+
+fn is_a_cone(reader: &mut Reader, fields: &Fields, cone: &Cone) -> Option<()> {
+    if cone.radius_a.max(cone.radius_b) <= 0.0 {
+        let what = "found both radii 0";
+        let expected = "`radius_a` or `radius_b` greater than 0";
+        return wrong_as_a_whole(reader, fields, ["radius_b", "radius_a"], what, expected);
+    }
+    ends_differ(reader, fields, cone.a, cone.b)
+}
+
+fn ends_differ(reader: &mut Reader, fields: &Fields, a: DVec3, b: DVec3) -> Option<()> {
+    if a != b {
+        return Some(());
+    }
+    let what = format!("found a and b both at {}", Writer::text_of(&a));
+    wrong_as_a_whole(reader, fields, ["b", "a"], &what, "two different points")
+}
+
+fn is_a_torus(reader: &mut Reader, fields: &Fields, torus: &Torus) -> Option<()> {
+    if torus.minor < torus.major {
+        return Some(());
+    }
+    let Torus { major, minor } = torus;
+    let what = format!("found minor {minor} for major {major}");
+    let expected = "minor less than major, so that the ring does not meet itself";
+    wrong_as_a_whole(reader, fields, ["minor", "major"], &what, expected)
+}
+
+/// Reports what two fields say together, at the first of them that was written.
+fn wrong_as_a_whole(
+    reader: &mut Reader,
+    fields: &Fields,
+    names: [&str; 2],
+    what: &str,
+    expected: &str,
+) -> Option<()> {
+    let mut written = names.into_iter().filter_map(|name| {
+        let entry = fields.get(name)?;
+        Some((format!(".{name}"), entry.value.at))
+    });
+    let (step, at) = written.next().unwrap_or((String::new(), fields.at));
+    reader.within(&step, |reader| reader.expected(at, what, expected));
+    None
+}
 
 impl Schema for Cuboid {
     fn read(reader: &mut Reader, node: &Node) -> Option<Self> {

@@ -69,6 +69,23 @@ fn ranges_are_held() {
         "1:53",
         &["every axis"],
     );
+    one(&entity("disc: (normal: (0, 0, 0))"), "1:41", &["direction"]);
+    one(
+        &entity("cylinder: (a: (1, 2, 3), b: (1, 2, 3))"),
+        "1:54",
+        &["a and b both at (1, 2, 3)", "two different points"],
+    );
+    one(
+        &entity("cone: (radius_a: 0)"),
+        "1:43",
+        &["both radii 0", "greater than 0"],
+    );
+    one(&entity("cone: (radius_a: -1)"), "1:43", &["at least 0"]);
+    one(
+        &entity("torus: (major: 1, minor: 1)"),
+        "1:51",
+        &["minor 1 for major 1", "less than major"],
+    );
     one(
         &entity("plane: (normal: (0, 0, 0))"),
         "1:42",

@@ -100,7 +100,7 @@ fn light(chance: &mut Chance) -> s::Light {
 }
 
 fn shape(chance: &mut Chance) -> s::Shape {
-    match chance.below(4) {
+    match chance.below(8) {
         0 => s::Shape::Sphere(Sphere {
             radius: size(chance),
         }),
@@ -114,6 +114,27 @@ fn shape(chance: &mut Chance) -> s::Shape {
                 min,
                 max: min + vector(chance).abs() + DVec3::splat(0.1),
             })
+        }
+        3 => s::Shape::Disc(Disc {
+            center: vector(chance),
+            normal: vector(chance) + DVec3::splat(0.5e8),
+            radius: size(chance),
+        }),
+        4 => s::Shape::Cylinder(Cylinder {
+            a: vector(chance),
+            b: vector(chance) + DVec3::splat(0.5e8),
+            radius: size(chance),
+        }),
+        5 => s::Shape::Cone(Cone {
+            a: vector(chance),
+            radius_a: if chance.one_in(2) { 0.0 } else { size(chance) },
+            b: vector(chance) + DVec3::splat(0.5e8),
+            radius_b: size(chance),
+        }),
+        6 => {
+            let minor = size(chance);
+            let major = minor * 2.0 + size(chance);
+            s::Shape::Torus(Torus { major, minor })
         }
         _ => {
             let corners = [(0.0, 0.0), (3.0, 0.0), (2.0, 1.0), (0.0, 2.0)];

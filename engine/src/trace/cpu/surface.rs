@@ -7,10 +7,14 @@ use glam::Vec3;
 
 use super::traverse::{Found, Start};
 use crate::frame::wire::{
-    InstanceRow, KIND_CUBOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, MaterialRow,
+    InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_MESH, KIND_PLANE, KIND_SPHERE, KIND_TORUS,
+    MaterialRow,
 };
 use crate::frame::{FIXED_OFFSET, Offset};
-use crate::geom::{SpherePoint, affine_error, cuboid_normal, gamma, offset_origin, unit_or};
+use crate::geom::{
+    SolidPoint, SpherePoint, affine_error, cone_point, cuboid_normal, gamma, offset_origin,
+    torus_point, unit_or,
+};
 use crate::trace::PackedScene;
 
 /// A point on a primitive, seen along a ray.
@@ -156,20 +160,30 @@ fn plane_point(row: &InstanceRow, near: Vec3) -> Point {
     (position, error, normal, normal)
 }
 
-/// A point of the unit sphere or the unit box, moved onto it exactly.
+/// A point of a solid in its own space, moved onto it: exactly, but for the roundings of that.
 fn local_point(row: &InstanceRow, prim: u32, near: Vec3) -> Point {
-    let (local, normal) = if row.kind == KIND_CUBOID {
-        let normal = cuboid_normal(prim);
-        let on_face = Vec3::select(normal.cmpeq(Vec3::ZERO), near, normal);
-        (on_face.clamp(Vec3::NEG_ONE, Vec3::ONE), normal)
-    } else {
-        let unit = near.normalize_or(Vec3::Y);
-        (unit, unit)
+    let SolidPoint {
+        at: local,
+        normal,
+        roundings,
+    } = match row.kind {
+        KIND_CUBOID => {
+            let normal = cuboid_normal(prim);
+            let on_face = Vec3::select(normal.cmpeq(Vec3::ZERO), near, normal);
+            SolidPoint::on(on_face.clamp(Vec3::NEG_ONE, Vec3::ONE), normal)
+        }
+        KIND_DISC => SolidPoint::on(Vec3::new(near.x, 0.0, near.z), Vec3::Y),
+        KIND_CONE => cone_point(near, row.parameter, prim),
+        KIND_TORUS => torus_point(near, row.parameter),
+        _ => {
+            let unit = near.normalize_or(Vec3::Y);
+            SolidPoint::on(unit, unit)
+        }
     };
     let position = row.world_from_local.point(local);
     let error = affine_error(
         local,
-        local.abs() * gamma(5),
+        roundings * gamma(5),
         position,
         &row.world_from_local,
         &row.local_from_world,

@@ -7,12 +7,13 @@ use glam::{Vec3, Vec4};
 use super::enter::{enter_bare_boxes, enter_boxes, enter_spheres};
 use crate::bvh::{Child, Node4, TRAVERSAL_CAPACITY};
 use crate::frame::wire::{
-    InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, NONE, ROOT_OF_SPHERES,
+    InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE,
+    KIND_TORUS, NONE, ROOT_OF_SPHERES,
 };
 use crate::frame::{BoxTest, TriangleTest};
 use crate::geom::{
-    Shear, SlabRay, SphereFrame, TriangleHit, intersect_cuboid, intersect_plane,
-    intersect_triangle_unshared,
+    Shear, SlabRay, SphereFrame, TriangleHit, intersect_cone, intersect_cuboid, intersect_disc,
+    intersect_plane, intersect_torus, intersect_triangle_unshared,
 };
 use crate::trace::PackedScene;
 
@@ -198,6 +199,9 @@ impl<const ANY: bool> Search<'_, ANY> {
             KIND_MESH => self.mesh(index, row, origin, dir, stack),
             KIND_ELLIPSOID => self.sphere(index, &SphereFrame::UNIT, origin, dir),
             KIND_CUBOID => self.cuboid(index, origin, dir),
+            KIND_DISC => self.disc(index, origin, dir),
+            KIND_CONE => self.cone(index, origin, dir, row.parameter),
+            KIND_TORUS => self.torus(index, origin, dir, row.parameter),
             _ => false,
         }
     }
@@ -219,6 +223,27 @@ impl<const ANY: bool> Search<'_, ANY> {
             let starts_on = self.probe.start == Start { id, prim };
             !starts_on && self.offer(Key { t, id, prim }, NONE, [0.0; 2])
         })
+    }
+
+    fn disc(&mut self, id: u32, origin: Vec3, dir: Vec3) -> bool {
+        let starts_on = self.probe.start.id == id;
+        let t = intersect_disc(origin, dir).filter(|_| !starts_on);
+        t.is_some_and(|t| self.offer(Key { t, id, prim: 0 }, NONE, [0.0; 2]))
+    }
+
+    fn cone(&mut self, id: u32, origin: Vec3, dir: Vec3, taper: f32) -> bool {
+        let start = self.probe.start;
+        let start = (start.id == id).then_some(start.prim);
+        let hits = intersect_cone(origin, dir, taper, start);
+        let mut hits = hits.into_iter().flatten();
+        hits.any(|(t, prim)| self.offer(Key { t, id, prim }, NONE, [0.0; 2]))
+    }
+
+    fn torus(&mut self, id: u32, origin: Vec3, dir: Vec3, minor: f32) -> bool {
+        let starts_on = self.probe.start.id == id;
+        let roots = intersect_torus(origin, dir, minor, starts_on);
+        let mut roots = roots.into_iter().flatten();
+        roots.any(|t| self.offer(Key { t, id, prim: 0 }, NONE, [0.0; 2]))
     }
 
     fn mesh(

@@ -83,6 +83,9 @@ fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
                 spheres: special.features.spheres,
                 planes: special.features.planes,
                 cuboids: special.features.cuboids,
+                discs: special.features.discs,
+                cones: special.features.cones,
+                tori: special.features.tori,
                 ..Features::default()
             };
             // Rays of a buffer leave no surface.

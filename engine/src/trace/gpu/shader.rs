@@ -109,10 +109,10 @@ macro_rules! shared {
 }
 
 /// `shaders/shared`, each after what it imports.
-const SHARED: [(&str, &str); 22] = shared![
-    "types", "scene", "affine", "slab", "triangle", "sphere", "cuboid", "traverse", "surface",
-    "counters", "light", "media", "cutoff", "path", "pixel", "boxes", "trig", "stage", "jobs",
-    "fit", "build", "digits",
+const SHARED: [(&str, &str); 25] = shared![
+    "types", "scene", "affine", "slab", "triangle", "sphere", "cuboid", "disc", "cone", "torus",
+    "traverse", "surface", "counters", "light", "media", "cutoff", "path", "pixel", "boxes",
+    "trig", "stage", "jobs", "fit", "build", "digits",
 ];
 
 /// What a kernel is specialised by.
@@ -162,6 +162,9 @@ impl Specialisation {
             ("SPHERES", f.spheres),
             ("PLANES", f.planes),
             ("CUBOIDS", f.cuboids),
+            ("DISCS", f.discs),
+            ("CONES", f.cones),
+            ("TORI", f.tori),
             ("SPOT_LIGHTS", f.spot_lights),
             ("DIRECTIONAL_LIGHTS", f.directional_lights),
             ("FADE", f.fade),

@@ -7,12 +7,13 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::mesh::PackedMesh;
 use crate::frame::wire::{
-    InstanceRow, KIND_CUBOID, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, NONE,
+    InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE,
+    KIND_SPHERE, KIND_TORUS, NONE,
 };
 use crate::frame::{Instance, Shape};
 use crate::geom::{Aabb, AffineRows, SphereFrame};
 
-/// Both unit shapes fit into it.
+/// Most unit shapes fit into it.
 const UNIT_BOX: Aabb = Aabb {
     min: Vec3::NEG_ONE,
     max: Vec3::ONE,
@@ -26,7 +27,7 @@ pub const VACANT: InstanceRow = InstanceRow {
     material: 0,
     root: 0,
     first_triangle: 0,
-    spare: 0,
+    parameter: 0.0,
     mesh: NONE,
     next_plane: NONE,
     first_normal: NONE,
@@ -137,6 +138,40 @@ pub fn instance_row<'a>(instance: &Instance, mesh: impl FnOnce(u32) -> &'a Packe
             affine_row(KIND_CUBOID, world, &unit, UNIT_BOX)
         }
         Shape::Plane { normal, distance } => plane_row(world, normal, distance),
+        Shape::Disc {
+            center,
+            normal,
+            radius,
+        } => {
+            let unit = upright(normal.normalize() * radius, radius, center);
+            let flat = Vec3::new(1.0, 0.0, 1.0);
+            let bounds = Aabb {
+                min: -flat,
+                max: flat,
+            };
+            affine_row(KIND_DISC, world, &unit, bounds)
+        }
+        Shape::Cone {
+            a,
+            radius_a,
+            b,
+            radius_b,
+        } => {
+            let largest = radius_a.max(radius_b);
+            let unit = upright((b - a) * 0.5, largest, (a + b) * 0.5);
+            let taper = (radius_b - radius_a) / largest * 0.5;
+            with_parameter(affine_row(KIND_CONE, world, &unit, UNIT_BOX), taper)
+        }
+        Shape::Torus { major, minor } => {
+            let unit = DAffine3::from_scale(DVec3::splat(major));
+            let parameter = minor / major;
+            let reach = Vec3::new(1.0, 0.0, 1.0) + Vec3::splat(parameter as f32);
+            let bounds = Aabb {
+                min: -reach,
+                max: reach,
+            };
+            with_parameter(affine_row(KIND_TORUS, world, &unit, bounds), parameter)
+        }
     };
     row.material = instance.material;
     // Extraction keeps such things out; a scene made by hand may still hold one.
@@ -147,6 +182,18 @@ pub fn instance_row<'a>(instance: &Instance, mesh: impl FnOnce(u32) -> &'a Packe
         let mesh = row.mesh;
         (InstanceRow { mesh, ..VACANT }, NOTHING.1, NOTHING.2)
     }
+}
+
+/// Takes +Y to `axis`, and what is across it to vectors of length `radius`.
+fn upright(axis: DVec3, radius: f64, center: DVec3) -> DAffine3 {
+    let (x, z) = axis.normalize().any_orthonormal_pair();
+    let linear = DMat3::from_cols(x * radius, axis, z * radius);
+    DAffine3::from_mat3_translation(linear, center)
+}
+
+fn with_parameter((mut row, placed, padded): Packed, parameter: f64) -> Packed {
+    row.parameter = parameter as f32;
+    (row, placed, padded)
 }
 
 /// A shape that is tested in a local space of its own.

@@ -5,6 +5,7 @@
 
 pub(super) mod deform;
 mod shape;
+mod torus;
 mod tree;
 mod whitted;
 mod world;

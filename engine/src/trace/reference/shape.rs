@@ -5,6 +5,45 @@
 
 use glam::{DVec2, DVec3};
 
+/// Primitives of a [`Cone`].
+const CONE_SIDE: u32 = 0;
+const CONE_CAP_A: u32 = 1;
+const CONE_CAP_B: u32 = 2;
+
+/// A cylinder or a cone, closed.
+#[derive(Clone, Copy)]
+pub struct Cone {
+    /// Middle of one cap.
+    pub a: DVec3,
+    /// Radius there.
+    pub radius_a: f64,
+    /// Middle of the other cap.
+    pub b: DVec3,
+    /// Radius there.
+    pub radius_b: f64,
+}
+
+impl Cone {
+    /// From `a` to `b`: unit direction and distance.
+    fn axis(&self) -> (DVec3, f64) {
+        let line = self.b - self.a;
+        (line.normalize(), line.length())
+    }
+
+    /// Outward normal of a primitive at a point of it, of any length.
+    pub fn normal(&self, prim: u32, point: DVec3) -> DVec3 {
+        let (axis, height) = self.axis();
+        match prim {
+            CONE_CAP_A => -axis,
+            CONE_CAP_B => axis,
+            _ => {
+                let out = (point - self.a).reject_from_normalized(axis);
+                out.normalize_or_zero() - axis * ((self.radius_b - self.radius_a) / height)
+            }
+        }
+    }
+}
+
 /// A hit in a shape's local space.
 #[derive(Clone, Copy, Debug)]
 pub struct LocalHit {
@@ -28,7 +67,7 @@ pub struct LocalRay {
 }
 
 impl LocalHit {
-    fn on(prim: u32, t: f64) -> Self {
+    pub(super) fn on(prim: u32, t: f64) -> Self {
         Self {
             t,
             prim,
@@ -93,6 +132,53 @@ pub fn cuboid(ray: &LocalRay, min: DVec3, max: DVec3) -> Vec<LocalHit> {
 /// Outward normal of a box's face.
 pub fn cuboid_normal(face: u32) -> DVec3 {
     DVec3::AXES[face as usize / 2] * if face % 2 == 1 { 1.0 } else { -1.0 }
+}
+
+/// A disc: its plane, and how far from the centre.
+pub fn disc(ray: &LocalRay, center: DVec3, normal: DVec3, radius: f64) -> Vec<LocalHit> {
+    let from_center = LocalRay {
+        origin: ray.origin - center,
+        ..*ray
+    };
+    let mut hits = plane(&from_center, normal, 0.0);
+    hits.retain(|hit| (from_center.origin + ray.dir * hit.t).length() <= radius);
+    hits
+}
+
+/// A closed cone: the roots of its side that lie between the caps, and the caps as discs.
+pub fn cone(ray: &LocalRay, cone: &Cone) -> Vec<LocalHit> {
+    let (axis, height) = cone.axis();
+    let growth = (cone.radius_b - cone.radius_a) / height;
+    let origin = ray.origin - cone.a;
+    // Heights and radii along the ray, and what is left across the axis.
+    let (y, dy) = (origin.dot(axis), ray.dir.dot(axis));
+    let (w, dw) = (cone.radius_a + growth * y, growth * dy);
+    let (p, d) = (origin - axis * y, ray.dir - axis * dy);
+    let (a, b, c) = (d.dot(d) - dw * dw, w * dw - p.dot(d), p.dot(p) - w * w);
+    let roots = if ray.start == Some(CONE_SIDE) {
+        vec![2.0 * b / a]
+    } else {
+        let across = [p.cross(d).length(), (p * dw - d * w).length()];
+        let discriminant = (across[1] - across[0]) * (across[1] + across[0]);
+        let q = b + discriminant.sqrt().copysign(b);
+        vec![q / a, c / q]
+    };
+    // Not-a-number fails every comparison, and so is no hit.
+    let is_between = |t: &f64| (0.0..=height).contains(&(y + dy * t)) && w + dw * t >= 0.0;
+    let sides = roots.into_iter().filter(is_between);
+    let mut hits: Vec<_> = sides.map(|t| LocalHit::on(CONE_SIDE, t)).collect();
+    for (prim, center, radius) in [
+        (CONE_CAP_A, cone.a, cone.radius_a),
+        (CONE_CAP_B, cone.b, cone.radius_b),
+    ] {
+        let cap = LocalRay {
+            start: ray.start.filter(|&start| start == prim),
+            ..*ray
+        };
+        let hit = disc(&cap, center, axis, radius);
+        hits.extend(hit.into_iter().map(|hit| LocalHit::on(prim, hit.t)));
+    }
+    hits
 }
 
 /// A triangle, by the watertight test of Woop, Benthin and Wald (2013) in f64.

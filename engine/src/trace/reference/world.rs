@@ -5,7 +5,8 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::deform;
-use super::shape::{self, LocalHit, LocalRay};
+use super::shape::{self, Cone, LocalHit, LocalRay};
+use super::torus::{self, on_torus, torus_normal};
 use super::tree::{MeshTree, enters};
 use crate::frame::{FrameScene, Shape};
 use crate::trace::Ray;
@@ -163,7 +164,34 @@ impl World {
                 };
                 (centred, middle)
             }
-            Shape::Sphere { .. } | Shape::Vacant => (shape, DVec3::ZERO),
+            Shape::Disc {
+                center,
+                normal,
+                radius,
+            } => {
+                let centred = Shape::Disc {
+                    center: DVec3::ZERO,
+                    normal,
+                    radius,
+                };
+                (centred, center)
+            }
+            Shape::Cone {
+                a,
+                radius_a,
+                b,
+                radius_b,
+            } => {
+                let middle = (a + b) * 0.5;
+                let centred = Shape::Cone {
+                    a: a - middle,
+                    radius_a,
+                    b: b - middle,
+                    radius_b,
+                };
+                (centred, middle)
+            }
+            Shape::Sphere { .. } | Shape::Torus { .. } | Shape::Vacant => (shape, DVec3::ZERO),
         }
     }
 
@@ -210,6 +238,36 @@ impl World {
                         offer(hit);
                     }
                 }
+                Shape::Disc {
+                    center,
+                    normal,
+                    radius,
+                } => {
+                    for hit in shape::disc(&local, center, normal, radius) {
+                        offer(hit);
+                    }
+                }
+                Shape::Cone {
+                    a,
+                    radius_a,
+                    b,
+                    radius_b,
+                } => {
+                    let cone = Cone {
+                        a,
+                        radius_a,
+                        b,
+                        radius_b,
+                    };
+                    for hit in shape::cone(&local, &cone) {
+                        offer(hit);
+                    }
+                }
+                Shape::Torus { major, minor } => {
+                    for hit in torus::torus(&local, major, minor) {
+                        offer(hit);
+                    }
+                }
             }
         }
         best
@@ -234,7 +292,27 @@ impl World {
                     (face, na * w + nb * hit.uv.x + nc * hit.uv.y)
                 }
             }
-            Shape::Plane { normal, .. } => (normal, normal),
+            Shape::Plane { normal, .. } | Shape::Disc { normal, .. } => (normal, normal),
+            Shape::Cone {
+                a,
+                radius_a,
+                b,
+                radius_b,
+            } => {
+                let cone = Cone {
+                    a,
+                    radius_a,
+                    b,
+                    radius_b,
+                };
+                let out = cone.normal(prim, placed.local_from_render.transform_point3(point));
+                (out, out)
+            }
+            Shape::Torus { major, .. } => {
+                let local = placed.local_from_render.transform_point3(point);
+                let out = torus_normal(local, major);
+                (out, out)
+            }
             Shape::Cuboid { .. } => (shape::cuboid_normal(prim), shape::cuboid_normal(prim)),
             Shape::Sphere { .. } | Shape::Vacant => {
                 let out = placed.local_from_render.transform_point3(point);
@@ -248,17 +326,16 @@ impl World {
     /// The hit's point moved onto its primitive, relative to the eye: spheres drift most without this.
     pub fn on_surface(&self, hit: &WorldHit, point: DVec3) -> DVec3 {
         let (_, id, _) = hit.key;
-        match self.placed.binary_search_by_key(&id, |p| p.id) {
-            Ok(index) => match self.placed[index].shape {
-                Shape::Sphere { radius } => {
-                    let placed = &self.placed[index];
-                    let local = placed.local_from_render.transform_point3(point);
-                    let local = local.normalize_or(DVec3::Y) * radius;
-                    placed.render_from_local.transform_point3(local)
-                }
-                _ => point,
-            },
-            Err(_) => point,
-        }
+        let Ok(index) = self.placed.binary_search_by_key(&id, |p| p.id) else {
+            return point;
+        };
+        let placed = &self.placed[index];
+        let local = placed.local_from_render.transform_point3(point);
+        let moved = match placed.shape {
+            Shape::Sphere { radius } => local.normalize_or(DVec3::Y) * radius,
+            Shape::Torus { major, minor } => on_torus(local, major, minor),
+            _ => return point,
+        };
+        placed.render_from_local.transform_point3(moved)
     }
 }

@@ -91,7 +91,7 @@ fn boxes_of(scene: &FrameScene) -> Vec<Aabb> {
             let place = |map: DAffine3, p: &DVec3| map.transform_point3(*p).as_vec3();
             Aabb::of(vertices.iter().map(|p| place(row.world_from_local, p)))
         }
-        Shape::Vacant | Shape::Plane { .. } | Shape::Cuboid { .. } => Aabb::EMPTY,
+        _ => Aabb::EMPTY,
     })
     .collect()
 }
@@ -231,9 +231,7 @@ impl Scene {
                 mesh,
                 local_from_world: row.world_from_local.inverse().as_affine3a(),
             },
-            Shape::Vacant | Shape::Plane { .. } | Shape::Cuboid { .. } => {
-                Thing::Sphere(SphereFrame::new(DVec3::ZERO, 0.0))
-            }
+            _ => Thing::Sphere(SphereFrame::new(DVec3::ZERO, 0.0)),
         });
         let corners = |row: &orrery_engine::world::MeshRow| {
             let corner = |i: u32| row.data.vertices[i as usize].as_vec3();
