@@ -50,6 +50,7 @@ Examples:
   orrery bench frame --backend cpu               how long a frame of the demo takes
   orrery bench motion                            what it costs that things move, up to 100,000 of them
   orrery bench structures                        the 2008 report's bounding spheres beside boxes
+  orrery bench stability --backend cpu           leaks, self-hits, lost boxes, far and tiny scenes, bad input
   orrery check my_scene.ron                      every problem of a scene file with its place
 
 Exit codes: 0 done, 1 the input is bad, 2 usage, 3 no usable device.";
@@ -139,7 +140,13 @@ pub struct BenchRequest {
     /// writes them and prints `key=value` lines. May be given several times.
     #[arg(long, value_name = "PROGRAM")]
     pub rival: Vec<PathBuf>,
-    /// Motion, structures: few things and triangles, for a look at the rows within seconds.
+    /// Stability: only this suite, by a name that `bench stability --list` prints. May be given several times.
+    #[arg(long, value_name = "NAME")]
+    pub suite: Vec<String>,
+    /// Stability: rays of each aim of the suites that count rays, such as 1e9.
+    #[arg(long, value_name = "N", value_parser = count)]
+    pub rays: Option<u64>,
+    /// Motion, structures, stability: few things and triangles, for a look at the rows within seconds.
     #[arg(long)]
     pub small: bool,
 }
@@ -239,6 +246,14 @@ fn frames(text: &str) -> Result<Range<u64>, String> {
     Ok(range)
 }
 
+fn count(text: &str) -> Result<u64, String> {
+    f64::from_str(text)
+        .ok()
+        .filter(|n| (1.0..=1e13).contains(n) && n.fract() == 0.0)
+        .map(|n| n as u64)
+        .ok_or_else(|| "expected a whole number from 1 to 1e13, as in 1000000 or 1e9".to_owned())
+}
+
 fn scale(text: &str) -> Result<f64, String> {
     f64::from_str(text)
         .ok()
@@ -288,6 +303,15 @@ mod tests {
         assert_eq!(size("640x360"), Ok(UVec2::new(640, 360)));
         for wrong in ["640", "0x3", "3x0", "x", "640x", "99999x2", "2x2x2"] {
             assert!(size(wrong).is_err(), "{wrong}");
+        }
+    }
+
+    #[test]
+    fn counts_are_whole() {
+        assert_eq!(count("1e9"), Ok(1_000_000_000));
+        assert_eq!(count("20000"), Ok(20_000));
+        for wrong in ["0", "-1", "1.5", "1e99", "x"] {
+            assert!(count(wrong).is_err(), "{wrong}");
         }
     }
 

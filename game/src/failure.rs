@@ -11,6 +11,8 @@ pub enum Failure {
     Input(String),
     /// The command line asks for something it cannot ask for.
     Usage(String),
+    /// What was measured is not as it must be.
+    Missed(String),
     /// No device that could trace.
     NoDevice(String),
     /// The user stopped it.
@@ -18,10 +20,10 @@ pub enum Failure {
 }
 
 impl Failure {
-    /// 1 input, 2 usage, 3 no device, 130 interrupted (what shells give for Ctrl-C).
+    /// 1 input or a missed target, 2 usage, 3 no device, 130 interrupted (what shells give for Ctrl-C).
     pub fn exit_code(&self) -> u8 {
         match self {
-            Self::Input(_) => 1,
+            Self::Input(_) | Self::Missed(_) => 1,
             Self::Usage(_) => 2,
             Self::NoDevice(_) => 3,
             Self::Interrupted(_) => 130,
@@ -31,8 +33,11 @@ impl Failure {
 
 impl fmt::Display for Failure {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Self::Input(why) | Self::Usage(why) | Self::NoDevice(why) | Self::Interrupted(why)) =
-            self;
+        let (Self::Input(why)
+        | Self::Missed(why)
+        | Self::Usage(why)
+        | Self::NoDevice(why)
+        | Self::Interrupted(why)) = self;
         f.write_str(why)
     }
 }

@@ -315,6 +315,7 @@ fn kernels_bind_what_the_layouts_and_the_table_say() {
     for (kernel, work) in [
         (Kernel::Whitted, ["pixels", "counters"]),
         (Kernel::Intersect, ["rays", "hits"]),
+        (Kernel::Leave, ["rays", "hits"]),
     ] {
         let module = shader_module(kernel, Specialisation::new(all_features(), 8)).unwrap();
         let number = |group, names: &[&'static str]| -> Vec<(u32, u32, &'static str)> {

@@ -61,7 +61,7 @@ fn pictures_compose_with_each_feature_alone_and_with_each_missing() {
 fn pictures_and_rays_compose_with_each_choice_of_arithmetic() {
     for kernels in Kernels::all() {
         let special = Specialisation::new(all_features(), 8).with(kernels);
-        for kernel in [Kernel::Whitted, Kernel::Intersect] {
+        for kernel in [Kernel::Whitted, Kernel::Intersect, Kernel::Leave] {
             if let Err(why) = shader_source(kernel, special) {
                 panic!("{kernel:?} with {kernels:?}:\n{why}");
             }

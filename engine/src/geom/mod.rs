@@ -4,6 +4,7 @@
 
 mod aabb;
 mod affine;
+mod basis;
 mod cone;
 mod cuboid;
 mod disc;
@@ -22,6 +23,7 @@ mod unit;
 
 pub use aabb::Aabb;
 pub use affine::AffineRows;
+pub use basis::out_of_frame;
 pub use cone::{CONE_CAP_A, CONE_CAP_B, CONE_SIDE, cone_point, cone_radius, intersect_cone};
 pub use cuboid::{cuboid_normal, intersect_cuboid};
 pub use disc::intersect_disc;

@@ -91,6 +91,11 @@ pub enum Query {
     Closest,
     /// Whether there is a hit at all (transparent or not).
     Any,
+    /// Whether rays come off what they start on, as reflected, refracted and shadow rays must. Rays come in
+    /// pairs: the first is answered as [`Query::Closest`]; the second leaves from there (what its `origin` says
+    /// is not read), its `dir` given in a frame of the surface whose z is the normal on the side that was
+    /// met. Where the first misses the second does. A ray without a second is answered with a miss.
+    Leave,
 }
 
 /// What a ray met. A miss has t = infinity and `instance == u32::MAX`; an [`Query::Any`] hit has t = 0

@@ -11,6 +11,7 @@ mod hills;
 mod motion;
 mod rays;
 mod report;
+mod stability;
 mod structures;
 mod timing;
 mod walk;
@@ -42,7 +43,7 @@ enum Dumps {
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 3] = [
+const ALL: [Benchmark; 4] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
@@ -61,10 +62,20 @@ const ALL: [Benchmark; 3] = [
         run: structures::run,
         dumps: Dumps::Nothing,
     },
+    Benchmark {
+        name: "stability",
+        about: "what must never go wrong, tried until it would: leaks, self-hits, boxes, far, tiny and bad input",
+        run: stability::run,
+        dumps: Dumps::Nothing,
+    },
 ];
 
 /// Runs what was asked for.
 pub fn run(request: &BenchRequest, common: &Common) -> Result<(), Failure> {
+    if request.list && request.name == stability::NAME {
+        stability::list();
+        return Ok(());
+    }
     if request.list {
         for benchmark in &ALL {
             say(format_args!("{:<12}{}", benchmark.name, benchmark.about));
@@ -98,6 +109,12 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<(), Failure> {
             "--dump is for `bench frame` and `bench motion`; `{name}` writes none"
         )));
     }
+    let asks_for_stability = !request.suite.is_empty() || request.rays.is_some();
+    if asks_for_stability && name != stability::NAME {
+        return Err(Failure::Usage(format!(
+            "--suite and --rays are for `bench stability`; `{name}` has no suites"
+        )));
+    }
     let report = (benchmark.run)(request, common)?;
     report.print();
     if let Some(path) = &request.json {
@@ -106,5 +123,10 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<(), Failure> {
     if let (Some(folder), Dumps::Scene) = (&request.dump, dumps) {
         dump::run(folder, request, common)?;
     }
-    Ok(())
+    match report.missed() {
+        missed if missed > 0 && name == stability::NAME => Err(Failure::Missed(format!(
+            "{missed} rows of `{name}` are not as they must be; they are marked MISSED"
+        ))),
+        _ => Ok(()),
+    }
 }

@@ -9,6 +9,9 @@ use serde::Serialize;
 use crate::failure::Failure;
 use crate::output::say;
 
+/// The unit of rows whose value is how many of their trial's tries went wrong.
+pub const FAILURES: &str = "failures";
+
 /// What a benchmark found. The JSON form is the same for every benchmark.
 #[derive(Clone, Debug, Serialize)]
 pub struct Report {
@@ -56,6 +59,22 @@ pub struct Row {
     pub better: Better,
     /// Whether it is as it should be; none: there is no target.
     pub met: Option<bool>,
+    /// Of a row that counts what went wrong: out of how many, and how far.
+    #[serde(flatten, skip_serializing_if = "Option::is_none")]
+    pub trial: Option<Trial>,
+}
+
+/// What a count of failures is a part of.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
+pub struct Trial {
+    /// How many there were.
+    pub tried: u64,
+    /// The same figure in the literature or measured before, per million.
+    pub known_ppm: Option<f64>,
+    /// The largest error in units in the last place of the exact result.
+    pub worst_ulp: Option<f64>,
+    /// Tried a second.
+    pub per_sec: Option<f64>,
 }
 
 impl Row {
@@ -86,6 +105,17 @@ impl Row {
             target: None,
             better,
             met: None,
+            trial: None,
+        }
+    }
+
+    /// The target, and whether it is met.
+    fn verdict(&self) -> String {
+        match (self.target, self.met) {
+            (Some(target), Some(met)) => {
+                format!("{} {}", short(target), if met { "met" } else { "MISSED" })
+            }
+            _ => String::new(),
         }
     }
 
@@ -126,6 +156,15 @@ impl Report {
 
     /// Prints the rows as a table.
     pub fn print(&self) {
+        self.print_head();
+        if self.rows.iter().any(|row| row.trial.is_some()) {
+            self.print_trials();
+        } else {
+            self.print_samples();
+        }
+    }
+
+    fn print_head(&self) {
         say(format_args!("{} at {}", self.bench, self.commit));
         say(format_args!("on {}", self.device));
         if !self.driver.is_empty() {
@@ -134,20 +173,22 @@ impl Report {
         for remark in &self.remarks {
             say(remark);
         }
+    }
+
+    /// Columns of the names.
+    fn widest_name(&self) -> usize {
         let names = self.rows.iter().map(|row| row.name.len() + 2);
-        let wide = names.max().unwrap_or(0).max(28);
+        names.max().unwrap_or(0).max(28)
+    }
+
+    fn print_samples(&self) {
+        let wide = self.widest_name();
         say(format_args!(
             "{:<wide$}{:>12}{:>12}{:>12}  {:<9}target",
             "", "median", "p05", "p95", "unit"
         ));
-        let number = |x: Option<f64>| x.map_or(String::new(), short);
         for row in &self.rows {
-            let target = match (row.target, row.met) {
-                (Some(target), Some(met)) => {
-                    format!("{} {}", short(target), if met { "met" } else { "MISSED" })
-                }
-                _ => String::new(),
-            };
+            let target = row.verdict();
             say(format_args!(
                 "{:<wide$}{:>12}{:>12}{:>12}  {:<9}{target}",
                 row.name,
@@ -157,6 +198,37 @@ impl Report {
                 row.unit
             ));
         }
+    }
+
+    fn print_trials(&self) {
+        let wide = self.widest_name();
+        say(format_args!(
+            "{:<wide$}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}  {:<9}target",
+            "", "tried", "value", "ppm", "known ppm", "worst ULP", "a second", "unit"
+        ));
+        for row in &self.rows {
+            let trial = row.trial.unwrap_or_default();
+            let counts = row.unit == FAILURES && trial.tried > 0;
+            let ppm = counts.then(|| row.value * 1e6 / trial.tried as f64);
+            say(format_args!(
+                "{:<wide$}{:>11}{:>11}{:>11}{:>11}{:>11}{:>11}  {:<9}{}",
+                row.name,
+                trial.tried,
+                short(row.value),
+                number(ppm),
+                number(trial.known_ppm),
+                number(trial.worst_ulp),
+                number(trial.per_sec),
+                row.unit,
+                row.verdict()
+            ));
+        }
+    }
+
+    /// Rows that are not as they should be.
+    pub fn missed(&self) -> usize {
+        let missed = self.rows.iter().filter(|row| row.met == Some(false));
+        missed.count()
     }
 
     /// Writes the rows as JSON.
@@ -172,6 +244,10 @@ impl Report {
         text.push('\n');
         std::fs::write(path, text).map_err(|error| unwritable(error.to_string()))
     }
+}
+
+fn number(x: Option<f64>) -> String {
+    x.map_or(String::new(), short)
 }
 
 /// Four digits that count.

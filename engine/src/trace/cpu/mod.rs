@@ -19,12 +19,14 @@ use rayon::prelude::*;
 
 use self::path::Scratch;
 use self::pixel::sum_of_samples;
-use self::traverse::{Key, Probe, Stack, Start, trace};
+use self::surface::resolve;
+use self::traverse::{Found, Key, Probe, Stack, Start, trace};
 use super::{
     Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, Query, Ray,
     TraceError, Tracer,
 };
 use crate::frame::{FrameScene, TraceSettings};
+use crate::geom::out_of_frame;
 
 /// Rows of pixels a task takes: small enough to share out, large enough to be worth a task.
 const ROWS_PER_TASK: usize = 4;
@@ -120,6 +122,12 @@ impl Tracer for CpuTracer {
 
     fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError> {
         let packed = &self.packed;
+        if query == Query::Leave {
+            let pairs = rays.par_chunks(2).with_min_len(RAYS_PER_TASK);
+            let answers = pairs.map_init(Stack::default, |stack, pair| leave(packed, pair, stack));
+            let hits: Vec<[Hit; 2]> = answers.collect();
+            return Ok(hits.into_iter().flatten().take(rays.len()).collect());
+        }
         Ok(rays
             .par_iter()
             .with_min_len(RAYS_PER_TASK)
@@ -154,21 +162,53 @@ impl CpuTracer {
     }
 }
 
-fn answer(scene: &PackedScene, ray: &Ray, query: Query, stack: &mut Stack) -> Hit {
-    let probe = Probe {
+fn probe_of(ray: &Ray) -> Probe {
+    Probe {
         origin: ray.origin,
         dir: ray.dir,
         after: Key::after(ray.t_min),
         before: Key::before(ray.t_max),
         start: Start::FREE,
-    };
-    match query {
-        Query::Any => Hit::any(trace::<true>(scene, &probe, stack).is_some()),
-        Query::Closest => trace::<false>(scene, &probe, stack).map_or(Hit::MISS, |found| Hit {
-            t: f64::from(found.key.t),
-            instance: found.key.id,
-            prim: found.key.prim,
-            uv: found.uv.map(f64::from),
-        }),
     }
+}
+
+fn hit_of(found: &Found) -> Hit {
+    Hit {
+        t: f64::from(found.key.t),
+        instance: found.key.id,
+        prim: found.key.prim,
+        uv: found.uv.map(f64::from),
+    }
+}
+
+fn answer(scene: &PackedScene, ray: &Ray, query: Query, stack: &mut Stack) -> Hit {
+    let probe = probe_of(ray);
+    if query == Query::Any {
+        return Hit::any(trace::<true>(scene, &probe, stack).is_some());
+    }
+    trace::<false>(scene, &probe, stack).map_or(Hit::MISS, |found| hit_of(&found))
+}
+
+/// [`Query::Leave`] of a pair.
+fn leave(scene: &PackedScene, pair: &[Ray], stack: &mut Stack) -> [Hit; 2] {
+    let [arriving, leaving] = pair else {
+        return [Hit::MISS; 2];
+    };
+    let Some(found) = trace::<false>(scene, &probe_of(arriving), stack) else {
+        return [Hit::MISS; 2];
+    };
+    let surface = resolve(scene, &found, arriving.origin, arriving.dir);
+    let dir = out_of_frame(surface.n_geom, leaving.dir);
+    let (origin, start) = surface.leave_towards(dir);
+    let probe = Probe {
+        origin,
+        dir,
+        start,
+        ..probe_of(leaving)
+    };
+    let next = trace::<false>(scene, &probe, stack);
+    [
+        hit_of(&found),
+        next.map_or(Hit::MISS, |found| hit_of(&found)),
+    ]
 }

@@ -34,7 +34,7 @@ pub enum Access {
 pub fn tree_bindings(kernel: Kernel) -> &'static [(&'static str, Access)] {
     use Access::{Read, Write};
     match kernel {
-        Kernel::Whitted | Kernel::Intersect => &[],
+        Kernel::Whitted | Kernel::Intersect | Kernel::Leave => &[],
         Kernel::Deform => &[
             ("jobs", Read),
             ("vertices", Write),
@@ -155,7 +155,9 @@ impl Layouts {
     pub fn pipeline(&self, gpu: &Gpu, kernel: Kernel) -> wgpu::PipelineLayout {
         let groups = match kernel {
             Kernel::Whitted => vec![Some(&self.frame), Some(&self.scene), Some(&self.picture)],
-            Kernel::Intersect => vec![Some(&self.frame), Some(&self.scene), Some(&self.rays)],
+            Kernel::Intersect | Kernel::Leave => {
+                vec![Some(&self.frame), Some(&self.scene), Some(&self.rays)]
+            }
             _ => vec![Some(self.tree(kernel))],
         };
         gpu.device

@@ -74,26 +74,24 @@ impl Pipelines {
 
 /// Drops from a specialisation what the kernel does not read, so that it is not compiled twice.
 fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
+    let shapes = Features {
+        reflection: false,
+        transmission: false,
+        smooth_normals: false,
+        spot_lights: false,
+        directional_lights: false,
+        fade: false,
+        ..special.features
+    };
+    let rays = Specialisation::new(shapes, 1).with(special.kernels);
     match kernel {
         Kernel::Whitted => special,
-        Kernel::Intersect => {
-            let shapes = Features {
-                meshes: special.features.meshes,
-                sphere_trees: special.features.sphere_trees,
-                spheres: special.features.spheres,
-                planes: special.features.planes,
-                cuboids: special.features.cuboids,
-                discs: special.features.discs,
-                cones: special.features.cones,
-                tori: special.features.tori,
-                ..Features::default()
-            };
-            // Rays of a buffer leave no surface.
-            Specialisation::new(shapes, 1).with(Kernels {
-                offsets: Offset::default(),
-                ..special.kernels
-            })
-        }
+        Kernel::Leave => rays,
+        // Rays of a buffer leave no surface.
+        Kernel::Intersect => rays.with(Kernels {
+            offsets: Offset::default(),
+            ..special.kernels
+        }),
         _ => Specialisation::new(Features::default(), 1),
     }
 }

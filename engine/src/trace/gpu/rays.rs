@@ -1,9 +1,15 @@
 //! Rays from the host, hits back: picking, tests and benchmarks.
+//!
+//! Two batches are on their way at a time: while the device traces one, the host reads the hits of the one before.
+
+use std::sync::mpsc;
+use std::time::Duration;
 
 use bytemuck::{cast_slice, pod_read_unaligned};
+use rayon::prelude::*;
 
 use super::GpuTracer;
-use super::buffers::{create, read};
+use super::buffers::create;
 use super::context::Gpu;
 use super::layout::{Layouts, bind};
 use super::pipelines::Pipeline;
@@ -12,24 +18,54 @@ use super::tracer::nothing_uploaded;
 use crate::frame::wire::{HitRow, NONE, PassRow, QUERY_ANY, QUERY_CLOSEST, RayRow};
 use crate::trace::{Hit, Query, Ray, TraceError};
 
-/// Rays of one dispatch; more go in several.
-const BATCH: usize = 1 << 18;
+/// Most rays of a dispatch; more go in several. Even, so that no pair is parted.
+const MOST: usize = 1 << 20;
+/// Least room of a buffer, in rays.
+const LEAST: usize = 1 << 10;
+/// Rays that one task of the host converts.
+const CHUNK: usize = 1 << 14;
+/// How long an answer may take to be handed over once the device has it.
+const PATIENCE: Duration = Duration::from_secs(10);
 /// `shaders/shared/slab.wgsl`'s FARTHEST: ends beyond it are brought to it.
 const FARTHEST: f32 = 1e30;
 
-/// Room for one batch.
+/// Room for two batches.
 pub struct RayBuffers {
+    slots: [Slot; 2],
+    /// In rays.
+    room: usize,
+}
+
+struct Slot {
     rays: wgpu::Buffer,
     hits: wgpu::Buffer,
     staging: wgpu::Buffer,
     group: wgpu::BindGroup,
 }
 
+/// A batch on the device.
+struct Sent {
+    slot: usize,
+    count: usize,
+    submission: wgpu::SubmissionIndex,
+    answered: mpsc::Receiver<Result<(), wgpu::BufferAsyncError>>,
+}
+
 impl RayBuffers {
-    fn new(gpu: &Gpu, layouts: &Layouts) -> Self {
+    fn new(gpu: &Gpu, layouts: &Layouts, room: usize) -> Self {
+        let slot = || Slot::new(gpu, layouts, room);
+        Self {
+            slots: [slot(), slot()],
+            room,
+        }
+    }
+}
+
+impl Slot {
+    fn new(gpu: &Gpu, layouts: &Layouts, room: usize) -> Self {
         use wgpu::BufferUsages as Usage;
-        let size = (BATCH * size_of::<RayRow>()) as u64;
-        let hit_size = (BATCH * size_of::<HitRow>()) as u64;
+        let size = (room * size_of::<RayRow>()) as u64;
+        let hit_size = (room * size_of::<HitRow>()) as u64;
         let rays = create(gpu, "rays", Usage::STORAGE | Usage::COPY_DST, size);
         let hits = create(gpu, "hits", Usage::STORAGE | Usage::COPY_SRC, hit_size);
         let waiting = Usage::MAP_READ | Usage::COPY_DST;
@@ -50,61 +86,135 @@ impl GpuTracer {
         query: Query,
     ) -> Result<Vec<Hit>, TraceError> {
         let special = self.special.ok_or_else(nothing_uploaded)?;
-        let kernel = Kernel::Intersect;
+        let kernel = match query {
+            Query::Closest | Query::Any => Kernel::Intersect,
+            Query::Leave => Kernel::Leave,
+        };
         let pipeline = self
             .pipelines
             .get(&self.gpu, &self.layouts, kernel, special)?;
+        let need = rays.len().next_power_of_two().clamp(LEAST, MOST);
+        if self.rays.as_ref().is_none_or(|buffers| buffers.room < need) {
+            self.rays = Some(RayBuffers::new(&self.gpu, &self.layouts, need));
+        }
+        let answers = self.exchange(&pipeline, rays, query);
+        if answers.is_err() {
+            // A batch may still be on its way in them.
+            self.rays = None;
+        }
+        answers
+    }
+
+    fn exchange(
+        &mut self,
+        pipeline: &Pipeline,
+        rays: &[Ray],
+        query: Query,
+    ) -> Result<Vec<Hit>, TraceError> {
         let mut hits = Vec::with_capacity(rays.len());
-        for batch in rays.chunks(BATCH) {
-            self.answer_batch(&pipeline, batch, query, &mut hits)?;
+        let mut sent: Option<Sent> = None;
+        for (i, batch) in rays.chunks(MOST).enumerate() {
+            let next = self.send(pipeline, batch, query, i % 2)?;
+            if let Some(before) = sent.replace(next) {
+                self.receive(before, query, &mut hits)?;
+            }
+        }
+        if let Some(last) = sent {
+            self.receive(last, query, &mut hits)?;
         }
         Ok(hits)
     }
 
-    fn answer_batch(
+    fn send(
         &mut self,
         pipeline: &Pipeline,
         batch: &[Ray],
         query: Query,
-        hits: &mut Vec<Hit>,
-    ) -> Result<(), TraceError> {
-        let gpu = &self.gpu;
+        slot: usize,
+    ) -> Result<Sent, TraceError> {
+        let (gpu, layouts) = (&self.gpu, &self.layouts);
         let buffers = self
             .rays
-            .get_or_insert_with(|| RayBuffers::new(gpu, &self.layouts));
-        let rows: Vec<RayRow> = batch.iter().map(ray_row).collect();
-        gpu.queue.write_buffer(&buffers.rays, 0, cast_slice(&rows));
+            .get_or_insert_with(|| RayBuffers::new(gpu, layouts, MOST));
+        let Slot {
+            rays,
+            hits,
+            staging,
+            group,
+        } = &buffers.slots[slot];
+        let rows = batch.par_iter().with_min_len(CHUNK).map(ray_row);
+        let rows: Vec<RayRow> = rows.collect();
+        gpu.queue.write_buffer(rays, 0, cast_slice(&rows));
+        let (count, query) = match query {
+            Query::Closest => (batch.len(), QUERY_CLOSEST),
+            Query::Any => (batch.len(), QUERY_ANY),
+            Query::Leave => (batch.len() / 2, QUERY_CLOSEST),
+        };
         let pass_row = PassRow {
-            count: batch.len() as u32,
-            query: match query {
-                Query::Closest => QUERY_CLOSEST,
-                Query::Any => QUERY_ANY,
-            },
+            count: count as u32,
+            query,
             ..PassRow::default()
         };
-        let offsets = self
-            .on_device
-            .write_passes(gpu, &self.layouts, &[pass_row])?;
+        let offsets = self.on_device.write_passes(gpu, layouts, &[pass_row])?;
         let mut encoder = gpu
             .device
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                label: Some(Kernel::Intersect.name()),
+                label: Some("rays"),
                 timestamp_writes: None,
             });
             pass.set_pipeline(&pipeline.compute);
             pass.set_bind_group(0, &self.on_device.frame, &offsets);
             pass.set_bind_group(1, &self.on_device.scene, &[]);
-            pass.set_bind_group(2, &buffers.group, &[]);
+            pass.set_bind_group(2, group, &[]);
             pass.dispatch_workgroups(pass_row.count.div_ceil(pipeline.workgroup[0]), 1, 1);
         }
         let size = (batch.len() * size_of::<HitRow>()) as u64;
-        encoder.copy_buffer_to_buffer(&buffers.hits, 0, &buffers.staging, 0, size);
-        gpu.queue.submit([encoder.finish()]);
-        let bytes = read(gpu, &buffers.staging)?;
-        let rows = bytes.chunks_exact(size_of::<HitRow>()).take(batch.len());
-        hits.extend(rows.map(|row| hit_of(&pod_read_unaligned(row), query)));
+        encoder.copy_buffer_to_buffer(hits, 0, staging, 0, size);
+        let submission = gpu.queue.submit([encoder.finish()]);
+        let (answer, answered) = mpsc::channel();
+        staging.map_async(wgpu::MapMode::Read, ..size, move |result| {
+            // The receiver is only gone if the wait for it failed, which says so itself.
+            let _ = answer.send(result);
+        });
+        Ok(Sent {
+            slot,
+            count: batch.len(),
+            submission,
+            answered,
+        })
+    }
+
+    fn receive(&self, sent: Sent, query: Query, hits: &mut Vec<Hit>) -> Result<(), TraceError> {
+        let lost = |why: String| TraceError::Device(format!("the GPU's hits did not come: {why}"));
+        let Some(buffers) = &self.rays else {
+            return Err(lost("there is no buffer for them".into()));
+        };
+        let wait = wgpu::PollType::Wait {
+            submission_index: Some(sent.submission),
+            timeout: None,
+        };
+        let waited = self.gpu.device.poll(wait);
+        waited.map_err(|error| lost(error.to_string()))?;
+        self.gpu.check()?;
+        // The work is done, but another thread's poll may have taken our callback and be about to run it.
+        match sent.answered.recv_timeout(PATIENCE) {
+            Ok(Ok(())) => {}
+            Ok(Err(error)) => return Err(lost(error.to_string())),
+            Err(error) => return Err(lost(error.to_string())),
+        }
+        let staging = &buffers.slots[sent.slot].staging;
+        let size = (sent.count * size_of::<HitRow>()) as u64;
+        {
+            let bytes = staging
+                .get_mapped_range(..size)
+                .map_err(|error| lost(error.to_string()))?;
+            let rows = bytes.par_chunks_exact(size_of::<HitRow>());
+            let rows = rows.with_min_len(CHUNK);
+            hits.par_extend(rows.map(|row| hit_of(&pod_read_unaligned(row), query)));
+        }
+        staging.unmap();
         Ok(())
     }
 }
@@ -121,8 +231,8 @@ fn ray_row(ray: &Ray) -> RayRow {
 fn hit_of(row: &HitRow, query: Query) -> Hit {
     match query {
         Query::Any => Hit::any(row.instance == 1),
-        Query::Closest if row.instance == NONE => Hit::MISS,
-        Query::Closest => Hit {
+        Query::Closest | Query::Leave if row.instance == NONE => Hit::MISS,
+        Query::Closest | Query::Leave => Hit {
             t: f64::from(row.t),
             instance: row.instance,
             prim: row.prim,

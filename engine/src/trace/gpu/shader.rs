@@ -21,6 +21,8 @@ pub enum Kernel {
     Whitted,
     /// Rays from a buffer.
     Intersect,
+    /// Rays that leave where rays of a buffer arrive.
+    Leave,
     /// Deformed positions.
     Deform,
     /// Normals of deformed positions.
@@ -47,9 +49,10 @@ pub enum Kernel {
 
 impl Kernel {
     /// All kernels.
-    pub const ALL: [Self; 13] = [
+    pub const ALL: [Self; 14] = [
         Self::Whitted,
         Self::Intersect,
+        Self::Leave,
         Self::Deform,
         Self::Normals,
         Self::Refit,
@@ -84,6 +87,7 @@ impl Kernel {
         match self {
             Self::Whitted => file!("whitted"),
             Self::Intersect => file!("intersect"),
+            Self::Leave => file!("leave"),
             Self::Deform => file!("deform"),
             Self::Normals => file!("normals"),
             Self::Refit => file!("refit"),

@@ -16,7 +16,7 @@ use glam::{DVec2, DVec3, UVec2};
 use rayon::prelude::*;
 
 use self::whitted::Whitted;
-use self::world::{World, WorldRay};
+use self::world::{World, WorldHit, WorldRay};
 use super::{Backend, Counters, Hit, PassTime, Picture, Query, Ray, TraceError, Tracer};
 use crate::frame::wire::SAMPLES_CAPACITY;
 use crate::frame::{FrameScene, TraceSettings, ViewProjection, sample_offset};
@@ -96,6 +96,35 @@ impl ReferenceTracer {
         }
     }
 
+    /// [`Query::Leave`] of a pair.
+    fn leave(&self, pair: &[Ray]) -> [Hit; 2] {
+        let [arriving, leaving] = pair else {
+            return [Hit::MISS; 2];
+        };
+        let nearest = |ray: &WorldRay, ends: &Ray| {
+            let after = (f64::from(ends.t_min), u32::MAX, u32::MAX);
+            self.world
+                .nearest(ray, after, (f64::from(ends.t_max), 0, 0))
+        };
+        let ray = WorldRay::from(arriving);
+        let Some(hit) = nearest(&ray, arriving) else {
+            return [Hit::MISS; 2];
+        };
+        let near = ray.origin + ray.dir * hit.key.0;
+        let origin = self.world.on_surface(&hit, near);
+        let (face, ..) = self.world.normals(&hit, origin);
+        let normal = if face.dot(ray.dir) > 0.0 { -face } else { face };
+        let (tangent, bitangent) = normal.any_orthonormal_pair();
+        let frame = glam::DMat3::from_cols(tangent, bitangent, normal);
+        let onward = WorldRay {
+            origin,
+            dir: frame * leaving.dir.as_dvec3(),
+            start: Some((hit.key.1, hit.key.2)),
+        };
+        let next = nearest(&onward, leaving);
+        [hit_of(&hit), next.map_or(Hit::MISS, |hit| hit_of(&hit))]
+    }
+
     fn pixel(&self, x: u32, y: u32, whitted: &mut Whitted) -> DVec3 {
         let samples = self.settings.samples.clamp(1, SAMPLES_CAPACITY);
         let mut sum = DVec3::ZERO;
@@ -106,6 +135,15 @@ impl ReferenceTracer {
             sum += whitted.radiance(&ray, 1, &Vec::new());
         }
         sum / f64::from(samples)
+    }
+}
+
+fn hit_of(hit: &WorldHit) -> Hit {
+    Hit {
+        t: hit.key.0,
+        instance: hit.key.1,
+        prim: hit.key.2,
+        uv: hit.uv.to_array(),
     }
 }
 
@@ -171,18 +209,17 @@ impl Tracer for ReferenceTracer {
     }
 
     fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError> {
+        if query == Query::Leave {
+            let pairs: Vec<[Hit; 2]> = rays.par_chunks(2).map(|pair| self.leave(pair)).collect();
+            return Ok(pairs.into_iter().flatten().take(rays.len()).collect());
+        }
         let answer = |ray: &Ray| {
             let after = (f64::from(ray.t_min), u32::MAX, u32::MAX);
             let before = (f64::from(ray.t_max), 0, 0);
             let hit = self.world.nearest(&ray.into(), after, before);
             match query {
                 Query::Any => Hit::any(hit.is_some()),
-                Query::Closest => hit.map_or(Hit::MISS, |hit| Hit {
-                    t: hit.key.0,
-                    instance: hit.key.1,
-                    prim: hit.key.2,
-                    uv: hit.uv.to_array(),
-                }),
+                Query::Closest | Query::Leave => hit.map_or(Hit::MISS, |hit| hit_of(&hit)),
             }
         };
         Ok(rays.par_iter().map(answer).collect())

@@ -1,0 +1,163 @@
+//! [`Course`]: what a suite is given: a tracer, how much to try, and where its rows go.
+
+use glam::{DAffine3, UVec2};
+use orrery_engine::frame::{Features, FrameScene, Instance, Kernels, Shape, TraceSettings};
+use orrery_engine::trace::{Picture, Tracer};
+use orrery_engine::world::Material;
+
+use super::tally::Tally;
+use crate::args::BenchRequest;
+use crate::bench::report::{Better, Row, Trial};
+use crate::failure::Failure;
+
+/// See the module.
+pub struct Course<'a> {
+    /// What is tried.
+    pub tracer: Box<dyn Tracer>,
+    /// What came of it.
+    pub rows: Vec<Row>,
+    request: &'a BenchRequest,
+}
+
+impl<'a> Course<'a> {
+    /// Without rows yet.
+    pub fn new(tracer: Box<dyn Tracer>, request: &'a BenchRequest) -> Self {
+        Self {
+            tracer,
+            rows: Vec::new(),
+            request,
+        }
+    }
+
+    /// The tracer's word.
+    pub fn backend(&self) -> String {
+        self.tracer.backend().to_string()
+    }
+
+    /// Rays of an aim: what was asked for, else the usual number, or a hundredth of it where little is to be done.
+    pub fn rays(&self, usual: u64) -> u64 {
+        self.request.rays.unwrap_or(self.brief(usual))
+    }
+
+    /// A number of scenes or frames: the usual one, or a hundredth; `long` where rays without end are asked for.
+    pub fn scenes(&self, usual: u64, long: u64) -> u64 {
+        match self.request.rays {
+            Some(rays) if rays >= 10_000_000 => long,
+            _ => self.brief(usual),
+        }
+    }
+
+    /// The usual number, or a hundredth of it where little is to be done.
+    pub fn brief(&self, usual: u64) -> u64 {
+        if self.request.small {
+            (usual / 100).max(1)
+        } else {
+            usual
+        }
+    }
+
+    /// Brings a frame to the tracer.
+    ///
+    /// # Errors
+    /// Those of the tracer.
+    pub fn upload(&mut self, scene: &FrameScene, kernels: Kernels) -> Result<(), Failure> {
+        let settings = settings(UVec2::ONE, kernels);
+        self.tracer.refit(scene)?;
+        Ok(self.tracer.upload(scene, &settings)?)
+    }
+
+    /// A picture of a frame.
+    ///
+    /// # Errors
+    /// Those of the tracer.
+    pub fn picture(
+        &mut self,
+        scene: &FrameScene,
+        size: UVec2,
+        kernels: Kernels,
+    ) -> Result<Picture, Failure> {
+        picture(self.tracer.as_mut(), scene, &settings(size, kernels))
+    }
+
+    /// A row that must show no failure.
+    pub fn none_may_fail(&mut self, name: &str, tally: &Tally) {
+        let name = format!("{name}.{}", self.backend());
+        self.rows.push(tally.row(name).with_target(0.0));
+    }
+
+    /// A row of a form that is known to fail, which must: its figure elsewhere, if there is one.
+    pub fn must_fail(&mut self, name: &str, tally: &Tally, known_ppm: Option<f64>) {
+        let name = format!("{name}.{}", self.backend());
+        let row = tally.row(name);
+        let row = Row {
+            better: Better::Higher,
+            trial: row.trial.map(|trial| Trial { known_ppm, ..trial }),
+            ..row
+        };
+        self.rows.push(row.with_target(1.0));
+    }
+
+    /// A row of a number that these tries came to, which may be at most `target`.
+    pub fn at_most(
+        &mut self,
+        name: &str,
+        unit: &'static str,
+        tally: &Tally,
+        value: f64,
+        target: Option<f64>,
+    ) {
+        let row = tally.row_of(format!("{name}.{}", self.backend()), unit, value);
+        self.rows.push(match target {
+            Some(target) => row.with_target(target),
+            None => row,
+        });
+    }
+}
+
+/// How a suite traces.
+pub fn settings(size: UVec2, kernels: Kernels) -> TraceSettings {
+    TraceSettings {
+        size,
+        kernels,
+        ..TraceSettings::default()
+    }
+}
+
+/// A picture of a frame by any tracer.
+///
+/// # Errors
+/// Those of the tracer.
+pub fn picture(
+    tracer: &mut dyn Tracer,
+    scene: &FrameScene,
+    settings: &TraceSettings,
+) -> Result<Picture, Failure> {
+    tracer.refit(scene)?;
+    tracer.upload(scene, settings)?;
+    tracer.render()?;
+    Ok(tracer.picture()?)
+}
+
+/// A frame of these shapes, all of the default material.
+pub fn scene_of(shapes: impl IntoIterator<Item = (Shape, DAffine3)>) -> FrameScene {
+    let mut scene = FrameScene {
+        materials: vec![Material::default()].into(),
+        max_generations: 1,
+        ..FrameScene::default()
+    };
+    for (shape, world_from_local) in shapes {
+        scene.instances.push(Instance {
+            tag: 0,
+            shape,
+            world_from_local,
+            material: 0,
+        });
+    }
+    scene
+}
+
+/// The same once its meshes and lights are there.
+pub fn ready(mut scene: FrameScene) -> FrameScene {
+    scene.features = Features::of(&scene);
+    scene
+}
