@@ -133,6 +133,9 @@ pub struct BenchRequest {
     /// Also write the rows as JSON.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
+    /// Accuracy: also write the page, charts and tables, into this folder.
+    #[arg(long, value_name = "DIR")]
+    pub report: Option<PathBuf>,
     /// Also write the work itself (meshes, instances, spheres, rays by kind, hits) into this folder.
     #[arg(long, value_name = "DIR")]
     pub dump: Option<PathBuf>,
@@ -146,7 +149,7 @@ pub struct BenchRequest {
     /// Stability: rays of each aim of the suites that count rays, such as 1e9.
     #[arg(long, value_name = "N", value_parser = count)]
     pub rays: Option<u64>,
-    /// Motion, structures, stability: few things and triangles, for a look at the rows within seconds.
+    /// Motion, structures, stability, accuracy: few things and triangles, for a look at the rows within seconds.
     #[arg(long)]
     pub small: bool,
 }

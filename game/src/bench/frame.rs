@@ -6,9 +6,9 @@ use glam::UVec2;
 use orrery_engine::Engine;
 use orrery_engine::frame::TraceSettings;
 use orrery_engine::trace::gpu::{AdapterChoice, Gpu};
-use orrery_engine::trace::{ActiveTracer, Counters, Picture};
+use orrery_engine::trace::{ActiveTracer, Counters, Picture, PictureError};
 
-use super::error::PictureError;
+use super::dump;
 use super::report::{Better, Report, Row};
 use crate::args::{BackendChoice, BenchRequest, Common};
 use crate::failure::Failure;
@@ -62,6 +62,9 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         let samples = sample(&mut engine, request, &name)?;
         rows.extend(time_rows(&name, &samples));
         rows.extend(error_rows(&name, &mut engine, request, &reference)?);
+    }
+    if let Some(folder) = &request.dump {
+        dump::run(folder, request, common)?;
     }
     Ok(Report {
         rows,

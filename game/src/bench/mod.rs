@@ -3,9 +3,9 @@
 //! A benchmark is a line in [`ALL`] and a function that returns rows. Timings are wall-clock times of
 //! the work named, after a warm-up; errors against the f64 reference stand beside them.
 
+mod accuracy;
 mod crowd;
 mod dump;
-mod error;
 mod frame;
 mod hills;
 mod motion;
@@ -28,45 +28,41 @@ struct Benchmark {
     name: &'static str,
     about: &'static str,
     run: fn(&BenchRequest, &Common) -> Result<Report, Failure>,
-    dumps: Dumps,
-}
-
-/// What `--dump` writes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Dumps {
-    /// The work of the scene that was measured.
-    Scene,
-    /// The benchmark's own work, which `--rival` is timed on.
-    Own,
-    /// Nothing.
-    Nothing,
+    /// Options that not every benchmark has.
+    takes: &'static [&'static str],
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 4] = [
+const ALL: [Benchmark; 5] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
         run: frame::run,
-        dumps: Dumps::Scene,
+        takes: &["--dump"],
     },
     Benchmark {
         name: "motion",
         about: "what change costs: nothing, one of many, the camera, everything, deformed meshes; rivals' trees",
         run: motion::run,
-        dumps: Dumps::Own,
+        takes: &["--dump", "--rival", "--small"],
+    },
+    Benchmark {
+        name: "accuracy",
+        about: "run time against error: what each knob costs and buys, on every class of scene; fronts as charts",
+        run: accuracy::run,
+        takes: &["--report", "--small"],
     },
     Benchmark {
         name: "structures",
         about: "the report's trees of spheres beside no structure and boxes: build, refit, nodes a ray, frame time",
         run: structures::run,
-        dumps: Dumps::Nothing,
+        takes: &["--small"],
     },
     Benchmark {
         name: "stability",
         about: "what must never go wrong, tried until it would: leaks, self-hits, boxes, far, tiny and bad input",
         run: stability::run,
-        dumps: Dumps::Nothing,
+        takes: &["--suite", "--rays", "--small"],
     },
 ];
 
@@ -98,35 +94,45 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<(), Failure> {
             u64::MAX - request.repeat
         )));
     }
-    let (name, dumps) = (benchmark.name, benchmark.dumps);
-    if !request.rival.is_empty() && dumps != Dumps::Own {
-        return Err(Failure::Usage(format!(
-            "--rival is for `bench motion`; `{name}` has no work for one"
-        )));
-    }
-    if request.dump.is_some() && dumps == Dumps::Nothing {
-        return Err(Failure::Usage(format!(
-            "--dump is for `bench frame` and `bench motion`; `{name}` writes none"
-        )));
-    }
-    let asks_for_stability = !request.suite.is_empty() || request.rays.is_some();
-    if asks_for_stability && name != stability::NAME {
-        return Err(Failure::Usage(format!(
-            "--suite and --rays are for `bench stability`; `{name}` has no suites"
-        )));
-    }
+    refuse_what_it_does_not_take(benchmark, request)?;
     let report = (benchmark.run)(request, common)?;
     report.print();
     if let Some(path) = &request.json {
         report.write_json(path)?;
     }
-    if let (Some(folder), Dumps::Scene) = (&request.dump, dumps) {
-        dump::run(folder, request, common)?;
-    }
     match report.missed() {
-        missed if missed > 0 && name == stability::NAME => Err(Failure::Missed(format!(
-            "{missed} rows of `{name}` are not as they must be; they are marked MISSED"
+        missed if missed > 0 && benchmark.name == stability::NAME => Err(Failure::Missed(format!(
+            "{missed} rows of `{}` are not as they must be; they are marked MISSED",
+            benchmark.name
         ))),
         _ => Ok(()),
     }
+}
+
+/// An option that would be without effect is a mistake of whoever gave it.
+fn refuse_what_it_does_not_take(
+    benchmark: &Benchmark,
+    request: &BenchRequest,
+) -> Result<(), Failure> {
+    let given = [
+        ("--dump", request.dump.is_some()),
+        ("--rival", !request.rival.is_empty()),
+        ("--report", request.report.is_some()),
+        ("--suite", !request.suite.is_empty()),
+        ("--rays", request.rays.is_some()),
+        ("--small", request.small),
+    ];
+    let refused = given
+        .into_iter()
+        .find(|(option, is_given)| *is_given && !benchmark.takes.contains(option));
+    let Some((option, _)) = refused else {
+        return Ok(());
+    };
+    let takers = ALL.iter().filter(|b| b.takes.contains(&option));
+    let takers: Vec<String> = takers.map(|b| format!("`bench {}`", b.name)).collect();
+    Err(Failure::Usage(format!(
+        "{option} is for {}; `{}` does not take it",
+        takers.join(" and "),
+        benchmark.name
+    )))
 }

@@ -251,7 +251,7 @@ fn number(x: Option<f64>) -> String {
 }
 
 /// Four digits that count.
-fn short(x: f64) -> String {
+pub fn short(x: f64) -> String {
     match x.abs() {
         0.0 => "0".into(),
         a if !(1e-3..1e5).contains(&a) => format!("{x:.2e}"),
