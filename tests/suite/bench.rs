@@ -154,3 +154,46 @@ fn a_rival_that_is_none_is_bad_input() {
     ];
     expect(&arguments, 1, &["no_such_program", "key=value"]);
 }
+
+#[test]
+fn accuracy_has_its_points_its_proofs_and_its_page() {
+    let folder = folder("bench_accuracy");
+    let page = folder.join("page");
+    let more = ["--report", &page.display().to_string()];
+    let report = report("accuracy", &folder, &more);
+    let rows = report["rows"].as_array().expect("rows");
+    // What leaving out rays cost a pixel is what it was allowed to, at most.
+    let proofs = rows.iter().filter(|row| {
+        let name = row["name"].as_str().expect("a name");
+        name.ends_with(".worst_pixel")
+    });
+    let proofs: Vec<&Value> = proofs.collect();
+    assert!(proofs.len() >= 30, "only {} cut-offs", proofs.len());
+    for proof in proofs {
+        assert_eq!(proof["met"], true, "{proof}");
+    }
+    let text = std::fs::read_to_string(page.join("accuracy.md")).expect("the page");
+    for class in [
+        "plain",
+        "glass",
+        "gears",
+        "balls",
+        "mount",
+        "far",
+        "huge",
+        "deforming",
+    ] {
+        let error = |knob: &str| value(&report, &format!("{class}.cpu.{knob}.p99.9"));
+        assert!(error("default") < 1e-3, "{class}");
+        assert!(error("default") <= error("fixed offset"), "{class}");
+        let aliased = value(&report, &format!("{class}.cpu.1 sample.relMSE"));
+        let smooth = value(&report, &format!("{class}.cpu.16 samples.relMSE"));
+        assert!(smooth < aliased * 0.01, "{class}: {smooth} of {aliased}");
+        let chart = format!("accuracy_{class}.svg");
+        assert!(text.contains(&format!("]({chart})")), "{chart}");
+        let chart = std::fs::read_to_string(page.join(chart)).expect("a chart");
+        assert!(chart.contains("cpu: default") && chart.trim_end().ends_with("</svg>"));
+    }
+    let device = report["device"].as_str().expect("a device");
+    assert!(text.contains(device) && text.contains("| reference |"));
+}

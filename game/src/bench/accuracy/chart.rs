@@ -133,7 +133,7 @@ fn front<'a>(points: &[&'a Point], measure: Measure, backend: &str) -> Vec<&'a P
     front
 }
 
-/// Names of points on the front, one under the other where they would meet.
+/// Names of the default and of points on the front, where there is room.
 fn labels<X, Y>(
     chart: &mut ChartContext<'_, SVGBackend<'_>, Cartesian2d<X, Y>>,
     points: &[&Point],
@@ -146,11 +146,14 @@ where
     Y: Ranged<ValueType = f64>,
 {
     let mut taken: Vec<(i32, i32)> = Vec::new();
-    for point in front(points, measure, backend) {
+    let default = points
+        .iter()
+        .filter(|p| p.is_default && p.backend == backend);
+    for point in default.copied().chain(front(points, measure, backend)) {
         let at = (point.median, measure.of(point).max(zero));
         let place = chart.backend_coord(&at);
         let meets = |&(x, y): &(i32, i32)| (x - place.0).abs() < 60 && (y - place.1).abs() < 12;
-        if taken.iter().any(meets) && !point.is_default {
+        if taken.iter().any(meets) {
             continue;
         }
         taken.push(place);

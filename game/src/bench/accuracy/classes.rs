@@ -230,7 +230,7 @@ fn flake(scene: &mut Builder, ball: u32, levels: u32, at: DVec3, up: DVec3, radi
             (x * angle.cos() + y * angle.sin()) * aside + up * height
         })
     };
-    for out in ring(6, 0.0, 0.0).chain(ring(3, 0.5236, 0.8165)) {
+    for out in ring(6, 0.0, 0.0).chain(ring(3, std::f64::consts::FRAC_PI_6, 0.8165)) {
         let child = at + out * (radius * 4.0 / 3.0);
         flake(scene, ball, levels - 1, child, out, radius / 3.0);
     }
