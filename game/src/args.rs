@@ -167,6 +167,9 @@ pub struct WindowArgs {
     /// Traced pixels for each of the window's, along an axis, from 0.05 to 1; without it, as many as stay fluid.
     #[arg(long, global = true, value_name = "F", value_parser = scale)]
     pub scale: Option<f64>,
+    /// Samples a pixel up to which a picture refines while nothing changes, one a frame; 0: it does not.
+    #[arg(long, global = true, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(0..=i64::from(SAMPLES_CAPACITY)))]
+    pub refine: u32,
 }
 
 /// What every command understands.
@@ -189,6 +192,10 @@ pub struct Common {
     /// Samples a pixel, the same in every picture and well spread whatever their number. Cost grows with it.
     #[arg(long, global = true, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=i64::from(SAMPLES_CAPACITY)))]
     pub samples: u32,
+    /// Take all samples only where the picture's first samples differ from a neighbour's by more than this,
+    /// relatively; elsewhere one. Without a number: 0.1.
+    #[arg(long, global = true, value_name = "CONTRAST", num_args = 0..=1, require_equals = true, default_missing_value = "0.1", value_parser = contrast)]
+    pub adaptive: Option<f32>,
     /// Leave out reflected and refracted rays too faint to matter: the largest error that this may cause in a
     /// pixel, in linear light; 0 leaves out none.
     #[arg(long, global = true, value_name = "E", default_value_t = 0.0, value_parser = cutoff)]
@@ -269,6 +276,13 @@ fn frames_per_sec(text: &str) -> Result<f64, String> {
         .ok()
         .filter(|fps| fps.is_finite() && *fps > 0.0)
         .ok_or_else(|| "expected a number greater than 0, as in 30 or 23.976".to_owned())
+}
+
+fn contrast(text: &str) -> Result<f32, String> {
+    f32::from_str(text)
+        .ok()
+        .filter(|contrast| (0.0..=1.0).contains(contrast))
+        .ok_or_else(|| "expected a number from 0 to 1, as in 0.1".to_owned())
 }
 
 fn cutoff(text: &str) -> Result<f32, String> {

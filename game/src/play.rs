@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::UVec2;
 use orrery_engine::Engine;
+use orrery_engine::frame::TraceSettings;
 use orrery_engine::input::KeyMap;
 use orrery_engine::profile::Profile;
 use orrery_engine::time::Time;
@@ -39,7 +40,8 @@ pub fn run(
         say(format_args!("no display ({why}): a preview instead"));
         return preview::run(scene, common);
     }
-    let (engine, issues) = stage::set_with_warnings(scene, common, SIZE, 30.0)?;
+    let (mut engine, issues) = stage::set_with_warnings(scene, common, SIZE, 30.0)?;
+    engine.world.resource_mut::<TraceSettings>().refine_to = window.refine;
     let mut log = ProfileLog::open(common.profile.as_deref())?;
     let defaults = WindowOptions::default();
     let options = WindowOptions {

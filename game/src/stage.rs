@@ -43,6 +43,7 @@ pub fn set_with_warnings(
     engine.world.insert_resource(TraceSettings {
         size: common.size.unwrap_or(size),
         samples: common.samples,
+        adaptive: common.adaptive,
         cutoff: common.cutoff,
         max_generations: common.depth,
         ..TraceSettings::default()

@@ -46,3 +46,9 @@ fn camera_ray(px: f32, py: f32) -> Travel {
     }
     return camera_travel(aside, view.forward);
 }
+
+// A pixel (the mean of its samples, and their number) with the sum of more of them, `end` in all.
+fn with_samples(so_far: vec4f, sum: vec3f, end: u32) -> vec4f {
+    let added = f32(end) - so_far.w;
+    return vec4f(so_far.rgb + (sum - so_far.rgb * added) / f32(end), f32(end));
+}

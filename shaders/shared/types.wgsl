@@ -63,13 +63,18 @@ struct ViewRow {
     eye_from_anchor: vec3f,
     cutoff: f32,
     bounds: array<vec4f, 16>,
+    spare: vec3u,
+    edge_contrast: f32,
 }
 
 struct PassRow {
     first: u32,
     count: u32,
     query: u32,
-    spare: u32,
+    goes_on: u32,
+    samples: u32,
+    limit: u32,
+    spare: vec2u,
 }
 
 struct Node4 {
@@ -162,7 +167,7 @@ struct CounterRow {
     media_overflows: atomic<u32>,
     straight_overflows: atomic<u32>,
     dropped_rays: atomic<u32>,
-    spare: u32,
+    edge_pixels: atomic<u32>,
 }
 
 struct StageRow {

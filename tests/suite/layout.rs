@@ -49,12 +49,17 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             eye_from_anchor,
             cutoff,
             bounds,
+            spare,
+            edge_contrast,
         }),
         layout_of!(PassRow {
             first,
             count,
             query,
-            spare
+            goes_on,
+            samples,
+            limit,
+            spare,
         }),
         layout_of!(Node4 {
             min_x,
@@ -135,7 +140,7 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             media_overflows,
             straight_overflows,
             dropped_rays,
-            spare,
+            edge_pixels,
         }),
         layout_of!(StageRow {
             first,
@@ -313,7 +318,9 @@ fn bindings(module: &Module) -> Vec<(u32, u32, String, AddressSpace)> {
 fn kernels_bind_what_the_layouts_and_the_table_say() {
     let table = include_str!("../../shaders/README.md");
     for (kernel, work) in [
-        (Kernel::Whitted, ["pixels", "counters"]),
+        (Kernel::Whitted, ["pixels", "report"]),
+        (Kernel::Edges, ["pixels", "report"]),
+        (Kernel::Antialias, ["pixels", "report"]),
         (Kernel::Intersect, ["rays", "hits"]),
         (Kernel::Leave, ["rays", "hits"]),
     ] {

@@ -76,8 +76,10 @@ fn pictures_compose_with_a_cutoff() {
             cutoff: true,
             ..Specialisation::new(features(bits | 1 << 3), 8)
         };
-        if let Err(why) = shader_source(Kernel::Whitted, special) {
-            panic!("{why}");
+        for kernel in [Kernel::Whitted, Kernel::Antialias] {
+            if let Err(why) = shader_source(kernel, special) {
+                panic!("{kernel:?}: {why}");
+            }
         }
     }
 }

@@ -115,6 +115,7 @@ fn counters(ui: &mut egui::Ui, profile: &Profile) {
         ("mirrored rays", counters.reflected_rays),
         ("refracted rays", counters.refracted_rays),
         ("shadow rays", counters.shadow_rays),
+        ("pixels on edges", counters.edge_pixels),
         ("rays too faint to follow", counters.dropped_rays),
         ("bytes uploaded", counters.bytes_uploaded),
         ("instance tree's nodes written", counters.tree_nodes),

@@ -13,6 +13,13 @@ pub struct TraceSettings {
     /// Samples of a pixel, 1 to [`super::wire::SAMPLES_CAPACITY`]: the first so many points of
     /// [`super::sample_offset`]. 1 is the pixel's centre. Cost grows with it.
     pub samples: u32,
+    /// Contrast with a neighbour above which a pixel takes all its samples, the others one: the largest
+    /// difference of a channel over the greater of the two values, but for the dark. None: every pixel takes all.
+    /// The f64 reference always takes all.
+    pub adaptive: Option<f32>,
+    /// Frames in which nothing changed add a sample to every pixel that has fewer than this, up to
+    /// [`super::wire::SAMPLES_CAPACITY`]; 0: the picture stays. The f64 reference does not refine.
+    pub refine_to: u32,
     /// Overrides the scene's number of generations.
     pub max_generations: Option<u32>,
     /// The arithmetic of the f32 tracers; the robust forms unless something is measured against them.
@@ -22,12 +29,19 @@ pub struct TraceSettings {
     pub cutoff: f32,
 }
 
+impl TraceSettings {
+    /// A contrast that finds the edges one sees.
+    pub const EDGE_CONTRAST: f32 = 0.1;
+}
+
 impl Default for TraceSettings {
     fn default() -> Self {
         Self {
             // 16:9 and small enough for a CPU; windows and commands set their own.
             size: UVec2::new(1280, 720),
             samples: 1,
+            adaptive: None,
+            refine_to: 0,
             max_generations: None,
             kernels: Kernels::default(),
             cutoff: 0.0,

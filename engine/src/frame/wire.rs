@@ -111,20 +111,30 @@ pub struct ViewRow {
     /// The most that a ray can bring back, a channel, by generation: that of generation g is number g - 1. All
     /// 0 without a cut-off.
     pub bounds: [[f32; 4]; BOUNDS],
+    /// Room for more.
+    pub spare: [u32; 3],
+    /// Contrast with a neighbour above which a pixel takes all its samples; 0: every pixel does.
+    pub edge_contrast: f32,
 }
 
 /// The uniform of one dispatch: a part of the picture or of the rays.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct PassRow {
-    /// Pictures: first row of pixels.
+    /// Pictures: first row of pixels, or entry of the list of edges.
     pub first: u32,
-    /// Rows of pixels, or rays.
+    /// Rows of pixels, entries, or rays.
     pub count: u32,
     /// Rays: `QUERY_*`.
     pub query: u32,
-    /// Room for one more number.
-    pub spare: u32,
+    /// Pictures: 0 starts every pixel anew, 1 goes on with the samples it has.
+    pub goes_on: u32,
+    /// Pictures: samples that a pixel takes.
+    pub samples: u32,
+    /// Pictures: samples that a pixel has at most after that.
+    pub limit: u32,
+    /// Room for more.
+    pub spare: [u32; 2],
 }
 
 /// A shape in render space; its row is that of `FrameScene::instances`, which is what a hit names and what
@@ -327,6 +337,6 @@ pub struct CounterRow {
     pub straight_overflows: u32,
     /// Rays left out for being too faint to matter.
     pub dropped_rays: u32,
-    /// Room for more.
-    pub spare: u32,
+    /// Pixels that differ from a neighbour and take more samples.
+    pub edge_pixels: u32,
 }

@@ -8,7 +8,7 @@ use glam::UVec2;
 use super::pass::{Look, PresentPass};
 use super::ui::Ui;
 use crate::frame::FrameScene;
-use crate::trace::gpu::{Gpu, Reports};
+use crate::trace::gpu::{Ends, Gpu, Reports};
 use crate::trace::{ActiveTracer, OtherPasses, PassTime, TraceError, TraceFault};
 
 /// A window's surface, and what draws to it.
@@ -222,7 +222,8 @@ impl Screen {
             self.overlay.render(&mut pass, &ui.shapes, &screen);
         }
         let reports = self.reports.as_ref();
-        let report = reports.and_then(|reports| Some((reports, reports.record(&mut encoder)?)));
+        let report = reports
+            .and_then(|reports| Some((reports, reports.record(&mut encoder, Ends::Picture)?)));
         commands.push(encoder.finish());
         queue.submit(commands);
         if let Some((reports, slot)) = report {

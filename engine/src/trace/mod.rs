@@ -5,7 +5,8 @@
 //! continue the tracing part of the report (Allgyer 2008, "Real-time Ray Tracing using CUDA"): its iterative
 //! ray queue in place of recursion, whose fixed arrays could overflow, and its CPU emulation mode:
 //!
-//! 1. *Camera ray*, generation 1, through the pixel's sample.
+//! 1. *Camera ray*, generation 1, through the pixel's sample ([`crate::frame::sample_offset`]). All pixels take as many,
+//!    or after the first only those that differ from a neighbour (Whitted's section on aliasing).
 //! 2. *Closest hit* over all instances. Equal t resolves to the lower (instance id, primitive id), so
 //!    neither tree nor traversal order shows in the picture. The primitive a ray starts on is left out by
 //!    id (curved ones answer with their other root); origins are moved off the surface along its normal by
@@ -31,6 +32,7 @@ pub mod gpu;
 mod hierarchy;
 mod pack;
 mod picture;
+mod progress;
 pub mod reference;
 mod systems;
 
@@ -149,6 +151,8 @@ pub struct Counters {
     pub media_overflows: u64,
     /// Rays ended for crossing too many surfaces of equal index.
     pub straight_overflows: u64,
+    /// Pixels that took more samples than the first, for what differs from a neighbour.
+    pub edge_pixels: u64,
     /// Reflected and refracted rays left out for being too faint to matter.
     pub dropped_rays: u64,
     /// Bytes written to the tracer's buffers for this frame.
@@ -170,6 +174,7 @@ impl std::ops::Add for Counters {
             shadow_rays: self.shadow_rays + other.shadow_rays,
             media_overflows: self.media_overflows + other.media_overflows,
             straight_overflows: self.straight_overflows + other.straight_overflows,
+            edge_pixels: self.edge_pixels + other.edge_pixels,
             dropped_rays: self.dropped_rays + other.dropped_rays,
             bytes_uploaded: self.bytes_uploaded + other.bytes_uploaded,
             trees_updated: self.trees_updated + other.trees_updated,
@@ -290,6 +295,9 @@ pub trait Tracer: Send + Sync {
     fn hierarchy(&self, _level: Level, _alone: Option<u32>, _most: usize) -> Option<Hierarchy> {
         None
     }
+
+    /// Samples that every pixel of the picture has; those of edges may have more. They grow while a picture refines.
+    fn samples(&self) -> u32;
 
     /// What the last picture took. On a GPU: of the last picture that has come back.
     fn counters(&self) -> Counters;

@@ -223,7 +223,9 @@ impl<'a> WindowApp<'a> {
                 Err(why) => why,
             });
         }
-        let traced_millis = world.resource::<ActiveTracer>().0.as_ref().map(|tracer| {
+        let tracer = world.resource::<ActiveTracer>().0.as_ref();
+        let samples = tracer.map_or(1, |tracer| tracer.samples());
+        let traced_millis = tracer.map(|tracer| {
             let passes = tracer.pass_times();
             passes.iter().map(|pass| pass.millis).sum::<f64>()
         });
@@ -232,10 +234,9 @@ impl<'a> WindowApp<'a> {
         }
         let (scale, size) = (open.resolution.scale(), inner_size(&open.window));
         let (scene, device) = (&self.options.title, &open.device);
-        if let Some(title) = open
-            .title
-            .frame(millis, |pace| words(scene, pace, size, scale, device))
-        {
+        if let Some(title) = open.title.frame(millis, |pace| {
+            words(scene, pace, size, scale, samples, device)
+        }) {
             open.window.set_title(&title);
         }
         self.count_failures(event_loop);

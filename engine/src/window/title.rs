@@ -1,4 +1,4 @@
-//! The window's title: "scene - 62 FPS - 16.1 ms - 1280x720 x0.75 - DEVICE".
+//! The window's title: "scene - 62 FPS - 16.1 ms - 1280x720 x0.75 - 17 samples - DEVICE".
 
 use std::time::{Duration, Instant};
 
@@ -56,14 +56,26 @@ pub struct Pace {
 }
 
 /// The title in words.
-pub fn words(scene: &str, pace: Pace, window: UVec2, scale: f64, device: &str) -> String {
+pub fn words(
+    scene: &str,
+    pace: Pace,
+    window: UVec2,
+    scale: f64,
+    samples: u32,
+    device: &str,
+) -> String {
     let scale = if scale == 1.0 {
         String::new()
     } else {
         format!(" x{}", (scale * 100.0).round() / 100.0)
     };
+    let samples = if samples > 1 {
+        format!(" - {samples} samples")
+    } else {
+        String::new()
+    };
     format!(
-        "{scene} - {:.0} FPS - {:.1} ms - {}x{}{scale} - {device}",
+        "{scene} - {:.0} FPS - {:.1} ms - {}x{}{scale}{samples} - {device}",
         pace.fps, pace.millis, window.x, window.y
     )
 }
@@ -80,11 +92,11 @@ mod tests {
         };
         let size = UVec2::new(1280, 720);
         assert_eq!(
-            words("orrery", pace, size, 0.75, "NVIDIA H200"),
-            "orrery - 62 FPS - 16.1 ms - 1280x720 x0.75 - NVIDIA H200"
+            words("orrery", pace, size, 0.75, 17, "NVIDIA H200"),
+            "orrery - 62 FPS - 16.1 ms - 1280x720 x0.75 - 17 samples - NVIDIA H200"
         );
         assert_eq!(
-            words("orrery", pace, size, 1.0, "cpu"),
+            words("orrery", pace, size, 1.0, 1, "cpu"),
             "orrery - 62 FPS - 16.1 ms - 1280x720 - cpu"
         );
     }

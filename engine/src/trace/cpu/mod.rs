@@ -2,7 +2,9 @@
 //!
 //! It reads the same rows as the GPU's kernel ([`PackedScene`]) and follows it file by file.
 
+mod canvas;
 mod cutoff;
+mod edges;
 mod enter;
 mod light;
 mod media;
@@ -17,10 +19,11 @@ use std::time::Instant;
 
 use rayon::prelude::*;
 
-use self::path::Scratch;
-use self::pixel::sum_of_samples;
+use self::canvas::Canvas;
 use self::surface::resolve;
 use self::traverse::{Found, Key, Probe, Stack, Start, trace};
+use super::gpu::Kernel;
+use super::progress::{Due, Progress, is_adaptive};
 use super::{
     Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, Query, Ray,
     TraceError, Tracer,
@@ -28,8 +31,6 @@ use super::{
 use crate::frame::{FrameScene, TraceSettings};
 use crate::geom::out_of_frame;
 
-/// Rows of pixels a task takes: small enough to share out, large enough to be worth a task.
-const ROWS_PER_TASK: usize = 4;
 /// Rays a task takes.
 const RAYS_PER_TASK: usize = 1024;
 
@@ -37,9 +38,8 @@ const RAYS_PER_TASK: usize = 1024;
 #[derive(Default)]
 pub struct CpuTracer {
     packed: PackedScene,
-    picture: Option<Picture>,
-    /// The frame shows something that the picture does not.
-    is_due: bool,
+    canvas: Option<Canvas>,
+    progress: Progress,
     /// Bytes of rows written for this frame.
     bytes_written: u64,
     counters: Counters,
@@ -72,7 +72,7 @@ impl Tracer for CpuTracer {
     fn upload(&mut self, scene: &FrameScene, settings: &TraceSettings) -> Result<(), TraceError> {
         let start = Instant::now();
         self.packed.pack(scene, settings);
-        self.is_due |= self.packed.has_changed;
+        self.progress.note(self.packed.has_changed, settings);
         self.bytes_written = self.packed.keep_no_copy();
         self.passes
             .push(PassTime::since("rows and instance tree", start));
@@ -81,43 +81,38 @@ impl Tracer for CpuTracer {
     }
 
     fn render(&mut self) -> Result<(), TraceError> {
-        if !std::mem::take(&mut self.is_due) {
-            self.counters = self.work_done();
-            return Ok(());
-        }
+        let due = self.progress.due();
         let start = Instant::now();
-        let view = self.packed.view;
-        let size = glam::UVec2::new(view.width, view.height);
-        let picture = self.picture.get_or_insert_default();
-        if picture.size != size {
-            *picture = Picture::new(size);
-        }
+        let canvas = self.canvas.get_or_insert_default();
         let packed = &self.packed;
-        let width = size.x as usize;
-        self.counters = picture
-            .pixels
-            .par_chunks_mut((width * ROWS_PER_TASK).max(1))
-            .enumerate()
-            .map_init(Scratch::default, |scratch, (task, pixels)| {
-                scratch.counters = Counters::default();
-                for (i, pixel) in pixels.iter_mut().enumerate() {
-                    let y = task * ROWS_PER_TASK + i / width;
-                    let at = [(i % width) as u32, y as u32];
-                    *pixel =
-                        sum_of_samples(packed, at, 0..view.samples, scratch) / view.samples as f32;
-                }
-                scratch.counters
-            })
-            .reduce(Counters::default, |a, b| a + b);
+        let name = Kernel::Whitted.name();
+        self.counters = match due {
+            Due::Nothing => Counters::default(),
+            Due::Picture => canvas.start(packed),
+            Due::Refinement(limit) => canvas.refine(packed, limit),
+        };
+        if due != Due::Nothing {
+            self.passes.push(PassTime::since(name, start));
+        }
+        if due == Due::Picture && is_adaptive(&packed.view) {
+            let start = Instant::now();
+            self.counters = self.counters + canvas.antialias(packed);
+            self.passes
+                .push(PassTime::since(Kernel::Antialias.name(), start));
+        }
+        if due != Due::Nothing {
+            let nanos = start.elapsed().as_secs_f64() * 1e9;
+            self.packed.instances.note_trace_time(nanos);
+        }
+        self.progress.done(due, &self.packed.view);
         self.counters = self.counters + self.work_done();
-        let pass = PassTime::since("whitted", start);
-        self.packed.instances.note_trace_time(pass.millis * 1e6);
-        self.passes.push(pass);
         Ok(())
     }
 
     fn picture(&mut self) -> Result<Picture, TraceError> {
-        self.picture.clone().ok_or_else(super::no_picture_yet)
+        let canvas = self.canvas.as_ref().filter(|_| self.progress.samples() > 0);
+        let canvas = canvas.ok_or_else(super::no_picture_yet)?;
+        Ok(canvas.picture.clone())
     }
 
     fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError> {
@@ -139,6 +134,10 @@ impl Tracer for CpuTracer {
 
     fn hierarchy(&self, level: Level, alone: Option<u32>, most: usize) -> Option<Hierarchy> {
         Some(self.packed.hierarchy(level, alone, most))
+    }
+
+    fn samples(&self) -> u32 {
+        self.progress.samples()
     }
 
     fn counters(&self) -> Counters {

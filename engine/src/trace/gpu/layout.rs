@@ -34,7 +34,9 @@ pub enum Access {
 pub fn tree_bindings(kernel: Kernel) -> &'static [(&'static str, Access)] {
     use Access::{Read, Write};
     match kernel {
-        Kernel::Whitted | Kernel::Intersect | Kernel::Leave => &[],
+        Kernel::Whitted | Kernel::Edges | Kernel::Antialias | Kernel::Intersect | Kernel::Leave => {
+            &[]
+        }
         Kernel::Deform => &[
             ("jobs", Read),
             ("vertices", Write),
@@ -82,7 +84,7 @@ pub struct Layouts {
     pub frame: wgpu::BindGroupLayout,
     /// Group 1: [`SCENE_BINDINGS`], read only.
     pub scene: wgpu::BindGroupLayout,
-    /// Group 2 of pictures: pixels, counters.
+    /// Group 2 of pictures: pixels, report.
     pub picture: wgpu::BindGroupLayout,
     /// Group 2 of rays: rays (read only), hits.
     pub rays: wgpu::BindGroupLayout,
@@ -154,7 +156,9 @@ impl Layouts {
     /// The layout of a kernel's pipeline.
     pub fn pipeline(&self, gpu: &Gpu, kernel: Kernel) -> wgpu::PipelineLayout {
         let groups = match kernel {
-            Kernel::Whitted => vec![Some(&self.frame), Some(&self.scene), Some(&self.picture)],
+            Kernel::Whitted | Kernel::Edges | Kernel::Antialias => {
+                vec![Some(&self.frame), Some(&self.scene), Some(&self.picture)]
+            }
             Kernel::Intersect | Kernel::Leave => {
                 vec![Some(&self.frame), Some(&self.scene), Some(&self.rays)]
             }

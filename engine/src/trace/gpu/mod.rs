@@ -5,6 +5,7 @@
 //! tracer; the shaders are in `shaders/`, whose README has the table of bindings.
 
 mod buffers;
+mod canvas;
 mod context;
 mod layout;
 mod pipelines;
@@ -18,7 +19,7 @@ mod upload;
 
 pub use context::{AdapterChoice, Gpu, STORAGE_BUFFERS};
 pub use layout::{Access, SCENE_BINDINGS, tree_bindings};
-pub(crate) use report::Reports;
+pub(crate) use report::{Ends, Reports};
 pub use shader::{Kernel, Shader, Specialisation, TYPES_SOURCE, shader_module, shader_source};
 pub use tracer::GpuTracer;
 

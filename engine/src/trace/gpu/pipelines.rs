@@ -85,7 +85,7 @@ fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
     };
     let rays = Specialisation::new(shapes, 1).with(special.kernels);
     match kernel {
-        Kernel::Whitted => special,
+        Kernel::Whitted | Kernel::Antialias => special,
         Kernel::Leave => rays,
         // Rays of a buffer leave no surface.
         Kernel::Intersect => rays.with(Kernels {

@@ -10,8 +10,15 @@ use super::context::Gpu;
 use super::readback::Readback;
 use crate::frame::wire::CounterRow;
 
-const COUNTERS: u64 = size_of::<CounterRow>() as u64;
-const TIMESTAMPS: u64 = 2 * size_of::<u64>() as u64;
+const ENTRY: u64 = size_of::<u32>() as u64;
+const COUNTING: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
+    .union(wgpu::BufferUsages::COPY_SRC)
+    .union(wgpu::BufferUsages::COPY_DST);
+/// Bytes of the counters.
+pub const COUNTERS: u64 = size_of::<CounterRow>() as u64;
+const TIMESTAMPS: u64 = QUERIES as u64 * size_of::<u64>() as u64;
+/// Timestamps: when the picture began, when it was there, and when its edges were done too.
+const QUERIES: u32 = 3;
 
 /// What came back of a picture.
 #[derive(Clone, Copy, Debug)]
@@ -20,13 +27,33 @@ pub struct Report {
     pub counters: CounterRow,
     /// Milliseconds on the device, from first to last; none: the device has no timestamps.
     pub millis: Option<f64>,
+    /// Milliseconds of the passes for edges after that; none: there were none.
+    pub edges_millis: Option<f64>,
+}
+
+/// What of a picture is over.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Ends {
+    /// The picture, or that of one sample a pixel.
+    Picture,
+    /// The further samples of its edges.
+    Edges,
+}
+
+impl Ends {
+    fn query(self) -> u32 {
+        match self {
+            Self::Picture => 1,
+            Self::Edges => 2,
+        }
+    }
 }
 
 /// See the module.
 pub struct Reports {
-    /// Where kernels count.
+    /// Where kernels count, and behind that where they list edges.
     pub counters: wgpu::Buffer,
-    /// First and last timestamp of a picture.
+    /// Timestamps of a picture.
     queries: Option<wgpu::QuerySet>,
     resolved: wgpu::Buffer,
     readback: Readback,
@@ -42,14 +69,13 @@ impl Reports {
             .contains(wgpu::Features::TIMESTAMP_QUERY);
         let queries = timed.then(|| {
             gpu.device.create_query_set(&wgpu::QuerySetDescriptor {
-                label: Some("first and last"),
+                label: Some("picture"),
                 ty: wgpu::QueryType::Timestamp,
-                count: 2,
+                count: QUERIES,
             })
         });
-        let counting = Usage::STORAGE | Usage::COPY_SRC | Usage::COPY_DST;
         Self {
-            counters: create(gpu, "counters", counting, COUNTERS),
+            counters: create(gpu, "counters", COUNTING, COUNTERS + ENTRY),
             queries,
             resolved: create(
                 gpu,
@@ -61,13 +87,25 @@ impl Reports {
         }
     }
 
-    /// The timestamps that a pass writes, given whether it is a picture's first and its last.
-    pub fn writes(&self, first: bool, last: bool) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
+    /// Room for a list of so many pixels behind the counters, in another buffer if need be.
+    pub fn make_room(&mut self, gpu: &Gpu, entries: u64) {
+        let size = COUNTERS + entries * ENTRY;
+        if size > self.counters.size() {
+            self.counters = create(gpu, "counters and edges", COUNTING, size);
+        }
+    }
+
+    /// The timestamps that a pass writes, given whether it is a picture's first, and the last of which kind.
+    pub fn writes(
+        &self,
+        is_first: bool,
+        ends: Option<Ends>,
+    ) -> Option<wgpu::ComputePassTimestampWrites<'_>> {
         let query_set = self.queries.as_ref()?;
-        (first || last).then_some(wgpu::ComputePassTimestampWrites {
+        (is_first || ends.is_some()).then_some(wgpu::ComputePassTimestampWrites {
             query_set,
-            beginning_of_pass_write_index: first.then_some(0),
-            end_of_pass_write_index: last.then_some(1),
+            beginning_of_pass_write_index: is_first.then_some(0),
+            end_of_pass_write_index: ends.map(Ends::query),
         })
     }
 
@@ -81,12 +119,14 @@ impl Reports {
     }
 
     /// Records a picture's report; call [`Reports::request`] with the answer after submitting.
-    pub fn record(&self, encoder: &mut wgpu::CommandEncoder) -> Option<usize> {
+    /// `last` is what ended last.
+    pub fn record(&self, encoder: &mut wgpu::CommandEncoder, last: Ends) -> Option<usize> {
         let index = self.readback.free()?;
         let buffer = self.readback.buffer(index);
         encoder.copy_buffer_to_buffer(&self.counters, 0, buffer, 0, COUNTERS);
         if let Some(queries) = &self.queries {
-            encoder.resolve_query_set(queries, 0..2, &self.resolved, 0);
+            // Only those that were written; the others stay those of an earlier picture.
+            encoder.resolve_query_set(queries, 0..last.query() + 1, &self.resolved, 0);
             encoder.copy_buffer_to_buffer(&self.resolved, 0, buffer, COUNTERS, TIMESTAMPS);
         }
         Some(index)
@@ -116,13 +156,14 @@ impl Reports {
 
     fn parse(&self, gpu: &Gpu, bytes: &[u8]) -> (u64, Report) {
         let (counters, times) = bytes.split_at(COUNTERS as usize);
-        let [first, last]: [u64; 2] = pod_read_unaligned(times);
-        let ticks = last.saturating_sub(first) as f64;
-        let millis = ticks * f64::from(gpu.queue.get_timestamp_period()) * 1e-6;
+        let [first, there, edges]: [u64; QUERIES as usize] = pod_read_unaligned(times);
+        let tick = f64::from(gpu.queue.get_timestamp_period()) * 1e-6;
+        let millis = |from: u64, to: u64| to.saturating_sub(from) as f64 * tick;
         let report = Report {
             counters: pod_read_unaligned(counters),
-            millis: self.queries.is_some().then_some(millis),
+            millis: self.queries.is_some().then_some(millis(first, there)),
+            edges_millis: (edges > there).then_some(millis(there, edges)),
         };
-        (last, report)
+        (there, report)
     }
 }

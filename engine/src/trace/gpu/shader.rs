@@ -19,6 +19,10 @@ use crate::frame::{BoxTest, Features, Kernels, Offset, TriangleTest};
 pub enum Kernel {
     /// Pictures.
     Whitted,
+    /// Where a picture needs more samples.
+    Edges,
+    /// Those samples.
+    Antialias,
     /// Rays from a buffer.
     Intersect,
     /// Rays that leave where rays of a buffer arrive.
@@ -49,8 +53,10 @@ pub enum Kernel {
 
 impl Kernel {
     /// All kernels.
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 16] = [
         Self::Whitted,
+        Self::Edges,
+        Self::Antialias,
         Self::Intersect,
         Self::Leave,
         Self::Deform,
@@ -86,6 +92,8 @@ impl Kernel {
         }
         match self {
             Self::Whitted => file!("whitted"),
+            Self::Edges => file!("edges"),
+            Self::Antialias => file!("antialias"),
             Self::Intersect => file!("intersect"),
             Self::Leave => file!("leave"),
             Self::Deform => file!("deform"),
@@ -113,10 +121,10 @@ macro_rules! shared {
 }
 
 /// `shaders/shared`, each after what it imports.
-const SHARED: [(&str, &str); 25] = shared![
+const SHARED: [(&str, &str); 26] = shared![
     "types", "scene", "affine", "slab", "triangle", "sphere", "cuboid", "disc", "cone", "torus",
-    "traverse", "surface", "counters", "light", "media", "cutoff", "path", "pixel", "boxes",
-    "trig", "stage", "jobs", "fit", "build", "digits",
+    "traverse", "surface", "counters", "light", "media", "cutoff", "path", "pixel", "picture",
+    "boxes", "trig", "stage", "jobs", "fit", "build", "digits",
 ];
 
 /// What a kernel is specialised by.

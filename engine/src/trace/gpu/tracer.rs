@@ -3,28 +3,22 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use glam::{UVec2, Vec3, Vec4};
-
 use super::DevicePicture;
-use super::buffers::{create, read};
+use super::canvas::{Canvas, Pass, passes};
 use super::context::Gpu;
-use super::layout::{Layouts, bind};
-use super::pipelines::{Pipeline, Pipelines};
+use super::layout::Layouts;
+use super::pipelines::Pipelines;
 use super::rays::RayBuffers;
-use super::report::{Report, Reports};
+use super::report::{COUNTERS, Ends, Reports};
 use super::shader::{Kernel, Specialisation};
 use super::trees::{DeviceTrees, Plan};
 use super::upload::SceneOnDevice;
-use crate::frame::wire::{PassRow, ViewRow};
 use crate::frame::{FrameScene, TraceSettings};
+use crate::trace::progress::{Due, Progress};
 use crate::trace::{
     Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, Query, Ray,
     TraceError, Tracer, no_picture_yet,
 };
-
-/// Samples of a dispatch: enough to fill a GPU many times over, few enough that a display driver's
-/// watchdog (seconds) does not take a slow one for dead.
-const BAND_SAMPLES: u64 = 1 << 20;
 
 /// Traces with compute shaders.
 pub struct GpuTracer {
@@ -35,26 +29,18 @@ pub struct GpuTracer {
     pub(super) pipelines: Pipelines,
     pub(super) special: Option<Specialisation>,
     pub(super) rays: Option<RayBuffers>,
-    target: Option<Target>,
-    /// The frame shows something that the picture does not.
-    is_due: bool,
+    /// None before the first picture.
+    canvas: Option<Canvas>,
+    progress: Progress,
     reports: Reports,
     counters: Counters,
     host_passes: Vec<PassTime>,
     device_millis: Option<f64>,
+    /// Milliseconds of the device on edges.
+    edges_millis: Option<f64>,
     trees: DeviceTrees,
     /// Milliseconds of the device on trees.
     tree_millis: Option<f64>,
-}
-
-/// The picture on the device.
-struct Target {
-    size: UVec2,
-    pixels: wgpu::Buffer,
-    group: wgpu::BindGroup,
-    /// For [`Tracer::picture`]; made when first asked for.
-    staging: Option<wgpu::Buffer>,
-    traced: bool,
 }
 
 impl GpuTracer {
@@ -74,51 +60,16 @@ impl GpuTracer {
             pipelines: Pipelines::default(),
             special: None,
             rays: None,
-            target: None,
-            is_due: false,
+            canvas: None,
+            progress: Progress::default(),
             counters: Counters::default(),
             host_passes: Vec::new(),
             device_millis: None,
+            edges_millis: None,
             gpu,
         };
         tracer.gpu.check()?;
         Ok(tracer)
-    }
-
-    fn make_target(&mut self, size: UVec2) -> Result<(), TraceError> {
-        if self
-            .target
-            .as_ref()
-            .is_some_and(|target| target.size == size)
-        {
-            return Ok(());
-        }
-        let bytes = u64::from(size.x) * u64::from(size.y) * size_of::<Vec4>() as u64;
-        let limits = self.gpu.device.limits();
-        let most = limits
-            .max_storage_buffer_binding_size
-            .min(limits.max_buffer_size);
-        // A workgroup covers at least a pixel each way, so this many groups always suffice.
-        let longest = size.max_element();
-        if bytes == 0 || bytes > most || longest > limits.max_compute_workgroups_per_dimension {
-            return Err(TraceError::TooLarge(format!(
-                "a picture of {} x {} pixels does not fit {}: it takes {bytes} bytes of at most {most}; ask for a smaller size",
-                size.x,
-                size.y,
-                self.gpu.describe()
-            )));
-        }
-        let usage = wgpu::BufferUsages::STORAGE | wgpu::BufferUsages::COPY_SRC;
-        let pixels = create(&self.gpu, "pixels", usage, bytes);
-        let buffers = [&pixels, &self.reports.counters];
-        self.target = Some(Target {
-            size,
-            group: bind(&self.gpu, "picture", &self.layouts.picture, &buffers),
-            pixels,
-            staging: None,
-            traced: false,
-        });
-        Ok(())
     }
 
     /// Nothing is traced and nothing is on its way.
@@ -130,6 +81,7 @@ impl GpuTracer {
             ..Counters::default()
         };
         self.device_millis = None;
+        self.edges_millis = None;
         self.tree_millis = None;
     }
 
@@ -168,9 +120,11 @@ impl GpuTracer {
     }
 
     fn take_report(&mut self) {
-        if let Some(Report { counters, millis }) = self.reports.collect(&self.gpu) {
-            self.device_millis = millis;
-            if let Some(millis) = millis {
+        if let Some(report) = self.reports.collect(&self.gpu) {
+            let counters = report.counters;
+            (self.device_millis, self.edges_millis) = (report.millis, report.edges_millis);
+            if let Some(millis) = report.millis {
+                let millis = millis + report.edges_millis.unwrap_or(0.0);
                 self.packed.instances.note_trace_time(millis * 1e6);
             }
             self.counters = Counters {
@@ -181,50 +135,67 @@ impl GpuTracer {
                 media_overflows: u64::from(counters.media_overflows),
                 straight_overflows: u64::from(counters.straight_overflows),
                 dropped_rays: u64::from(counters.dropped_rays),
+                edge_pixels: u64::from(counters.edge_pixels),
                 ..self.counters
             };
         }
     }
 
-    /// One submission a band, so that no single one is long.
-    fn submit_bands(
-        &self,
-        pipeline: &Pipeline,
-        target: &Target,
-        bands: &[PassRow],
-        offsets: &[u32],
-    ) {
-        for (i, (band, offset)) in bands.iter().zip(offsets).enumerate() {
-            let (first, last) = (i == 0, i + 1 == bands.len());
+    /// One submission a pass, so that no single one is long.
+    fn submit(
+        &mut self,
+        special: Specialisation,
+        canvas: &Canvas,
+        passes: &[Pass],
+    ) -> Result<(), TraceError> {
+        let kernels = [Kernel::Whitted, Kernel::Edges, Kernel::Antialias];
+        let mut compiled = Vec::new();
+        for kernel in kernels {
+            if passes.iter().any(|pass| pass.kernel == kernel) {
+                let pipelines = &mut self.pipelines;
+                let pipeline = pipelines.get(&self.gpu, &self.layouts, kernel, special)?;
+                compiled.push((kernel, pipeline));
+            }
+        }
+        let rows: Vec<_> = passes.iter().map(|pass| pass.row).collect();
+        let offsets = self
+            .on_device
+            .write_passes(&self.gpu, &self.layouts, &rows)?;
+        for (i, (work, offset)) in passes.iter().zip(offsets).enumerate() {
+            let next = passes.get(i + 1).map(|next| next.kernel);
+            let ends = match (work.kernel, next) {
+                (Kernel::Whitted, next) if next != Some(Kernel::Whitted) => Some(Ends::Picture),
+                (_, None) => Some(Ends::Edges),
+                _ => None,
+            };
             let mut encoder = self
                 .gpu
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            if first {
-                encoder.clear_buffer(&self.reports.counters, 0, None);
+            if i == 0 {
+                encoder.clear_buffer(&self.reports.counters, 0, Some(COUNTERS));
             }
             {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                    label: Some(Kernel::Whitted.name()),
-                    timestamp_writes: self.reports.writes(first, last),
+                    label: Some(work.kernel.name()),
+                    timestamp_writes: self.reports.writes(i == 0, ends),
                 });
-                pass.set_pipeline(&pipeline.compute);
-                pass.set_bind_group(0, &self.on_device.frame, &[*offset]);
+                for (_, pipeline) in compiled.iter().filter(|(kernel, _)| *kernel == work.kernel) {
+                    pass.set_pipeline(&pipeline.compute);
+                }
+                pass.set_bind_group(0, &self.on_device.frame, &[offset]);
                 pass.set_bind_group(1, &self.on_device.scene, &[]);
-                pass.set_bind_group(2, &target.group, &[]);
-                let [wide, high, _] = pipeline.workgroup;
-                pass.dispatch_workgroups(
-                    target.size.x.div_ceil(wide),
-                    band.count.div_ceil(high),
-                    1,
-                );
+                pass.set_bind_group(2, &canvas.group, &[]);
+                pass.dispatch_workgroups(work.groups[0], work.groups[1], 1);
             }
-            let report = last.then(|| self.reports.record(&mut encoder)).flatten();
+            let last = ends.filter(|_| next.is_none());
+            let report = last.and_then(|last| self.reports.record(&mut encoder, last));
             self.gpu.queue.submit([encoder.finish()]);
             if let Some(slot) = report {
                 self.reports.request(slot);
             }
         }
+        Ok(())
     }
 }
 
@@ -247,7 +218,7 @@ impl Tracer for GpuTracer {
     fn upload(&mut self, scene: &FrameScene, settings: &TraceSettings) -> Result<(), TraceError> {
         let start = Instant::now();
         self.packed.pack(scene, settings);
-        self.is_due |= self.packed.has_changed;
+        self.progress.note(self.packed.has_changed, settings);
         self.host_passes
             .push(PassTime::since("rows and instance tree", start));
         self.host_passes.push(self.packed.tree_time());
@@ -274,66 +245,41 @@ impl Tracer for GpuTracer {
     fn render(&mut self) -> Result<(), TraceError> {
         let special = self.special.ok_or_else(nothing_uploaded)?;
         let view = self.packed.view;
+        let due = self.progress.due();
         if self.reports.is_waiting() {
             // Reports of earlier pictures; an error here shows in `check` below.
             let _ = self.gpu.device.poll(wgpu::PollType::Poll);
             self.take_report();
-        } else if !self.is_due {
+        } else if due == Due::Nothing {
             self.rest();
         }
-        if !self.is_due {
+        if due == Due::Nothing {
             return self.gpu.check();
         }
-        self.make_target(UVec2::new(view.width, view.height))?;
-        let kernel = Kernel::Whitted;
-        let pipeline = self
-            .pipelines
-            .get(&self.gpu, &self.layouts, kernel, special)?;
-        let bands = bands(&view, pipeline.workgroup[1]);
-        let offsets = self
-            .on_device
-            .write_passes(&self.gpu, &self.layouts, &bands)?;
-        if let Some(mut target) = self.target.take() {
-            self.submit_bands(&pipeline, &target, &bands, &offsets);
-            target.traced = true;
-            self.target = Some(target);
+        let (gpu, reports) = (&self.gpu, &mut self.reports);
+        Canvas::fit(&mut self.canvas, gpu, &self.layouts, reports, &view)?;
+        // Should it fail, what it holds is no picture.
+        if let Some(canvas) = self.canvas.take() {
+            self.submit(special, &canvas, &passes(&view, due))?;
+            self.canvas = Some(canvas);
         }
         self.gpu.check()?;
-        self.is_due = false;
+        self.progress.done(due, &view);
         Ok(())
     }
 
     fn picture(&mut self) -> Result<Picture, TraceError> {
-        let target = self.target.as_mut().filter(|target| target.traced);
-        let target = target.ok_or_else(no_picture_yet)?;
-        let gpu = &self.gpu;
-        let staging = target.staging.get_or_insert_with(|| {
-            let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
-            create(gpu, "picture on its way", usage, target.pixels.size())
-        });
-        let mut encoder = gpu
-            .device
-            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        encoder.copy_buffer_to_buffer(&target.pixels, 0, staging, 0, target.pixels.size());
-        gpu.queue.submit([encoder.finish()]);
-        let bytes = read(gpu, staging)?;
-        let pixels = bytes
-            .chunks_exact(size_of::<Vec4>())
-            .map(|pixel| {
-                let [r, g, b, _]: [f32; 4] = bytemuck::pod_read_unaligned(pixel);
-                Vec3::new(r, g, b)
-            })
-            .collect();
-        let size = target.size;
+        let canvas = self.canvas.as_mut().ok_or_else(no_picture_yet)?;
+        let picture = canvas.picture(&self.gpu)?;
         self.take_report();
-        Ok(Picture { size, pixels })
+        Ok(picture)
     }
 
     fn device_picture(&self) -> Option<DevicePicture> {
-        let target = self.target.as_ref().filter(|target| target.traced)?;
+        let canvas = self.canvas.as_ref()?;
         Some(DevicePicture {
-            size: target.size,
-            pixels: target.pixels.clone(),
+            size: canvas.size,
+            pixels: canvas.pixels.clone(),
         })
     }
 
@@ -345,6 +291,10 @@ impl Tracer for GpuTracer {
         Some(self.packed.hierarchy(level, alone, most))
     }
 
+    fn samples(&self) -> u32 {
+        self.progress.samples()
+    }
+
     fn counters(&self) -> Counters {
         self.counters
     }
@@ -354,56 +304,12 @@ impl Tracer for GpuTracer {
         let trees = pass("trees", self.tree_millis);
         let picture = pass(Kernel::Whitted.name(), self.device_millis);
         let host = self.host_passes.iter().cloned();
-        host.chain(trees).chain(picture).collect()
+        let edges = pass(Kernel::Antialias.name(), self.edges_millis);
+        host.chain(trees).chain(picture).chain(edges).collect()
     }
 }
 
 /// What a tracer without a frame says.
 pub(super) fn nothing_uploaded() -> TraceError {
     TraceError::Device("no frame has been uploaded yet".into())
-}
-
-/// Bands of whole workgroups of `group` rows, with at most [`BAND_SAMPLES`] samples where that is possible.
-fn bands(view: &ViewRow, group: u32) -> Vec<PassRow> {
-    let row = u64::from(view.width) * u64::from(view.samples);
-    let rows = u32::try_from(BAND_SAMPLES / row.max(1)).unwrap_or(u32::MAX) / group * group;
-    let rows = rows.clamp(group, view.height.max(group));
-    (0..view.height)
-        .step_by(rows as usize)
-        .map(|first| PassRow {
-            first,
-            count: rows.min(view.height - first),
-            ..PassRow::default()
-        })
-        .collect()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn bands_cover_every_row_once() {
-        let view = |width, height, samples| ViewRow {
-            width,
-            height,
-            samples,
-            ..ViewRow::default()
-        };
-        for view in [
-            view(1, 1, 1),
-            view(640, 480, 1),
-            view(1920, 1081, 1),
-            view(4096, 2160, 64),
-        ] {
-            let mut next = 0;
-            for band in bands(&view, 8) {
-                assert_eq!(band.first, next);
-                assert!(band.count > 0);
-                next += band.count;
-            }
-            assert_eq!(next, view.height);
-        }
-        assert_eq!(bands(&view(1024, 768, 1), 8).len(), 1);
-    }
 }

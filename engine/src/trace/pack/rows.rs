@@ -21,6 +21,10 @@ pub(super) fn view_row(view: &View, settings: &TraceSettings) -> ViewRow {
         height: settings.size.y,
         up_step: (view.up / half_pixels.y).as_vec3().to_array(),
         samples: settings.samples.clamp(1, SAMPLES_CAPACITY),
+        edge_contrast: match settings.adaptive {
+            Some(contrast) if settings.samples > 1 => contrast.max(f32::MIN_POSITIVE),
+            _ => 0.0,
+        },
         projection: match view.projection {
             ViewProjection::Perspective => PROJECTION_PERSPECTIVE,
             ViewProjection::Orthographic => PROJECTION_ORTHOGRAPHIC,

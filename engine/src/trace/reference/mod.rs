@@ -225,6 +225,10 @@ impl Tracer for ReferenceTracer {
         Ok(rays.par_iter().map(answer).collect())
     }
 
+    fn samples(&self) -> u32 {
+        self.settings.samples
+    }
+
     fn counters(&self) -> Counters {
         self.counters
     }

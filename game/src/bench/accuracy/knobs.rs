@@ -54,6 +54,7 @@ impl Knob {
             kernels: self.kernels,
             samples: self.samples,
             size: (settings.size.as_dvec2() * self.scale).round().as_uvec2(),
+            ..settings
         }
     }
 }

@@ -140,6 +140,7 @@ fn hills_engine(triangles: usize, common: &Common, size: UVec2) -> Result<Engine
     world.insert_resource(TraceSettings {
         size: common.size.unwrap_or(size),
         samples: common.samples,
+        adaptive: common.adaptive,
         cutoff: common.cutoff,
         max_generations: common.depth,
         ..TraceSettings::default()

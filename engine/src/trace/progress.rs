@@ -1,0 +1,112 @@
+//! How far a picture has come: whether one is due, whether the one there is still refines, or whether all rests.
+//!
+//! Where nothing changed, each frame adds the next sample of the sequence to every pixel that has fewer than
+//! `TraceSettings::refine_to`, as a running mean; with the last one the picture is that of so many samples from the
+//! start, but for the rounding of sums. Anything that changes starts over. Both f32 tracers ask here what to do.
+
+use crate::frame::TraceSettings;
+use crate::frame::wire::{SAMPLES_CAPACITY, ViewRow};
+
+/// What a frame has to trace.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Due {
+    /// The picture shows the frame as well as it is to.
+    Nothing,
+    /// A picture from the start.
+    Picture,
+    /// The next sample of each pixel that has fewer than these.
+    Refinement(u32),
+}
+
+/// See the module.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Progress {
+    has_changed: bool,
+    /// Samples that every pixel has.
+    taken: u32,
+    limit: u32,
+}
+
+impl Progress {
+    /// Takes note of a frame, and of whether it shows something else than the last.
+    pub fn note(&mut self, has_changed: bool, settings: &TraceSettings) {
+        self.has_changed |= has_changed;
+        self.limit = settings.refine_to.min(SAMPLES_CAPACITY);
+    }
+
+    /// What is to be traced.
+    pub fn due(&self) -> Due {
+        if self.has_changed {
+            Due::Picture
+        } else if (1..self.limit).contains(&self.taken) {
+            Due::Refinement(self.limit)
+        } else {
+            Due::Nothing
+        }
+    }
+
+    /// Takes note that it was.
+    pub fn done(&mut self, due: Due, view: &ViewRow) {
+        match due {
+            Due::Nothing => {}
+            Due::Picture => {
+                self.taken = first_samples(view);
+                self.has_changed = false;
+            }
+            Due::Refinement(_) => self.taken += 1,
+        }
+    }
+
+    /// Samples that every pixel of the picture has.
+    pub fn samples(&self) -> u32 {
+        self.taken
+    }
+}
+
+/// Samples that every pixel of a new picture takes.
+pub fn first_samples(view: &ViewRow) -> u32 {
+    if is_adaptive(view) { 1 } else { view.samples }
+}
+
+/// Whether only some pixels take all samples.
+pub fn is_adaptive(view: &ViewRow) -> bool {
+    view.edge_contrast > 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_refines_to_its_limit_rests_and_starts_over() {
+        let view = ViewRow {
+            samples: 2,
+            ..Default::default()
+        };
+        let settings = TraceSettings {
+            samples: 2,
+            refine_to: 4,
+            ..Default::default()
+        };
+        let mut progress = Progress::default();
+        assert_eq!(progress.due(), Due::Nothing);
+        for _ in 0..2 {
+            let mut seen = Vec::new();
+            for frame in 0..5 {
+                progress.note(frame == 0, &settings);
+                let due = progress.due();
+                progress.done(due, &view);
+                seen.push((due, progress.samples()));
+            }
+            let refined = |samples| (Due::Refinement(4), samples);
+            let expected = [
+                (Due::Picture, 2),
+                refined(3),
+                refined(4),
+                (Due::Nothing, 4),
+                (Due::Nothing, 4),
+            ];
+            assert_eq!(seen, expected);
+        }
+    }
+}
