@@ -20,12 +20,14 @@ struct SphereRoots {
     far: f32,
 }
 
-// A point moved onto a sphere.
-struct SpherePoint {
-    position: vec3f,
+// How a point lies to a sphere.
+struct SphereHeight {
+    // Outside it: how far, along the normal.
+    height: f32,
+    // What the height errs by, here and where a ray comes back.
+    error: f32,
+    // Outward, unit.
     normal: vec3f,
-    // How far the position may be off the surface, and a ray from there find it, per axis.
-    error: vec3f,
 }
 
 // The sphere of an instance's first two rows.
@@ -74,16 +76,15 @@ fn hit_sphere(sphere: SphereFrame, origin: vec3f, dir: vec3f, starts_on: bool) -
     return SphereRoots(true, select(second, first, b >= 0.0), select(first, second, b >= 0.0));
 }
 
-// Along the normal there by the point's height above the sphere.
-fn project_sphere(sphere: SphereFrame, near: vec3f) -> SpherePoint {
+// The height of a point near the sphere.
+fn sphere_height(sphere: SphereFrame, near: vec3f) -> SphereHeight {
     let from_base = near - sphere.base;
     let from_center = from_base - sphere.center;
     let distance = max(length(from_center), 1.17549435e-38);
     let normal = from_center / distance;
     let span = distance + sphere.radius;
-    // Twice gamma(6): the power's own roundings, here and when a ray comes back.
+    // Twice gamma(6) of the power's sums, and twice gamma(1) of the point relative to the base.
     let products = dot(abs(from_base), abs(from_center) + abs(sphere.center));
-    let height_error = 7.1525596e-7 * products / span;
-    let position = near - normal * (power_of(sphere, from_base, from_center) / span);
-    return SpherePoint(position, normal, abs(from_base) * 1.19209304e-7 + abs(normal) * height_error);
+    let error = 7.1525596e-7 * products / span + 1.19209304e-7 * dot(abs(normal), abs(from_base));
+    return SphereHeight(power_of(sphere, from_base, from_center) / span, error, normal);
 }

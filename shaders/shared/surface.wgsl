@@ -5,10 +5,10 @@
 
 #import orrery::types::{InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, KIND_TORUS, NONE}
 #import orrery::scene::{instances, triangles, vertices}
-#import orrery::affine::{map_abs_linear, map_point, map_transposed, map_translation, map_vector, unit_or}
+#import orrery::affine::{map_abs_linear, map_point, map_transposed, unit_or}
 #import orrery::traverse::Found
 #ifdef SPHERES
-#import orrery::sphere::{project_sphere, sphere_frame}
+#import orrery::sphere::{sphere_frame, sphere_height}
 #endif
 #ifdef CUBOIDS
 #import orrery::cuboid::cuboid_normal
@@ -22,10 +22,11 @@
 
 // gamma(n) = n*eps / (1 - n*eps), eps = 2^-24: a bound on n roundings (pbrt-v4, 6.8).
 const GAMMA_ONE: f32 = 5.96046483e-8;
-const GAMMA_TWO: f32 = 1.19209304e-7;
 const GAMMA_THREE: f32 = 1.78813966e-7;
-const GAMMA_FOUR: f32 = 2.38418636e-7;
 const GAMMA_FIVE: f32 = 2.98023313e-7;
+const GAMMA_SIX: f32 = 3.57627997e-7;
+// Square of the sine of the flattest angle at which a step off a surface is one along the ray.
+const FLATTEST: f32 = 0.015625;
 
 #ifdef FIXED_OFFSETS
 // engine/src/frame/kernels.rs says what it is for.
@@ -34,8 +35,8 @@ const FIXED_OFFSET: f32 = 1e-4;
 
 struct Surface {
     position: vec3f,
-    // Bound on the position's rounding error, per axis.
-    error: vec3f,
+    // Bound on how far the position is off the primitive, as rays find it.
+    error: f32,
     // Unit, towards the incoming side.
     n_geom: vec3f,
     // Unit, on the side of n_geom.
@@ -46,83 +47,101 @@ struct Surface {
     prim: u32,
 }
 
-// Before the normals are made unit and turned to the viewer.
-struct Point {
-    position: vec3f,
-    error: vec3f,
+// How a point lies to the primitive it is near, in render space.
+struct Above {
+    // Along the normal.
+    height: f32,
+    // What the height errs by, here and where a ray comes back.
+    error: f32,
+    // Of the face, outward and unit; zero where a triangle is too thin for one.
     normal: vec3f,
+    // Of any length.
     shading: vec3f,
 }
 
-// Positions are moved onto the primitive, never left at origin + t * dir (pbrt-v4, 6.8).
+// Positions are moved onto the primitive (pbrt-v4, 6.8), and along the ray as far as that is short: there they
+// stay on the ray's line, and what t lacked is in them. Heights alone are taken to local spaces.
 fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
     let kind = instances[found.row].kind;
     let near = origin + dir * found.key.t;
-    var at = Point(near, vec3f(0.0), -dir, -dir);
+    let local = map_point(instances[found.row].local_from_world, near);
+    var above = Above(0.0, 0.0, -dir, -dir);
 #ifdef MESHES
     if kind == KIND_MESH {
-        at = mesh_point(found, local_near(found, origin, dir));
+        above = above_triangle(found, near, local);
     }
 #endif
 #ifdef SPHERES
     if kind == KIND_SPHERE {
-        at = sphere_point(found.row, near);
+        let rows = instances[found.row].local_from_world;
+        let over = sphere_height(sphere_frame(rows[0], rows[1]), near);
+        above = Above(over.height, over.error, over.normal, over.normal);
     }
     if kind == KIND_ELLIPSOID {
-        let unit = unit_or(local_near(found, origin, dir), vec3f(0.0, 1.0, 0.0));
-        at = affine_point(found.row, unit, unit, abs(unit));
+        let unit = unit_or(local, vec3f(0.0, 1.0, 0.0));
+        above = above_solid(found.row, near, local, unit, unit, abs(unit));
     }
 #endif
 #ifdef PLANES
     if kind == KIND_PLANE {
-        at = plane_point(instances[found.row].local_from_world[0], near);
+        let plane = instances[found.row].local_from_world[0];
+        let error = dot(abs(plane.xyz), abs(near)) * GAMMA_SIX;
+        above = Above(dot(plane.xyz, near) - plane.w, error, plane.xyz, plane.xyz);
     }
 #endif
 #ifdef CUBOIDS
     if kind == KIND_CUBOID {
         let normal = cuboid_normal(found.key.prim);
-        let inside = clamp(local_near(found, origin, dir), vec3f(-1.0), vec3f(1.0));
-        let local = select(normal, inside, normal == vec3f(0.0));
-        at = affine_point(found.row, local, normal, abs(local));
+        let at = select(normal, clamp(local, vec3f(-1.0), vec3f(1.0)), normal == vec3f(0.0));
+        above = above_solid(found.row, near, local, at, normal, abs(at));
     }
 #endif
 #ifdef DISCS
     if kind == KIND_DISC {
-        let local = local_near(found, origin, dir) * vec3f(1.0, 0.0, 1.0);
-        at = affine_point(found.row, local, vec3f(0.0, 1.0, 0.0), abs(local));
+        let at = local * vec3f(1.0, 0.0, 1.0);
+        above = above_solid(found.row, near, local, at, vec3f(0.0, 1.0, 0.0), abs(at));
     }
 #endif
 #ifdef CONES
     if kind == KIND_CONE {
-        let local = cone_point(local_near(found, origin, dir), instances[found.row].parameter, found.key.prim);
-        at = affine_point(found.row, local.at, local.normal, local.roundings);
+        let point = cone_point(local, instances[found.row].parameter, found.key.prim);
+        above = above_solid(found.row, near, local, point.at, point.normal, point.roundings);
     }
 #endif
 #ifdef TORI
     if kind == KIND_TORUS {
-        let local = torus_point(local_near(found, origin, dir), instances[found.row].parameter);
-        at = affine_point(found.row, local.at, local.normal, local.roundings);
+        let point = torus_point(local, instances[found.row].parameter);
+        above = above_solid(found.row, near, local, point.at, point.normal, point.roundings);
     }
 #endif
+    let position = near - step_off(above.height, above.normal, dir);
     // A triangle too thin for a normal looks straight back.
-    let normal = unit_or(at.normal, -unit_or(dir, vec3f(0.0, 0.0, 1.0)));
+    let normal = unit_or(above.normal, -unit_or(dir, vec3f(0.0, 0.0, 1.0)));
     let n_geom = select(normal, -normal, dot(normal, dir) > 0.0);
     var n_shade = n_geom;
 #ifdef SMOOTH_NORMALS
-    let shading = unit_or(at.shading, n_geom);
+    let shading = unit_or(above.shading, n_geom);
     n_shade = select(shading, -shading, dot(shading, n_geom) < 0.0);
 #endif
-    return Surface(at.position, at.error, n_geom, n_shade, instances[found.row].material, found.row, found.key.prim);
+    return Surface(position, above.error, n_geom, n_shade, instances[found.row].material, found.row, found.key.prim);
 }
 
-// Where a ray along `dir` starts: moved along the normal by the error's extent there (pbrt-v4, 6.8.6).
+// Where a ray along `dir` starts: off the surface by the error and the rounding of that very sum.
 fn origin_towards(surface: Surface, dir: vec3f) -> vec3f {
+    let outward = dot(surface.n_geom, dir) >= 0.0;
 #ifdef FIXED_OFFSETS
-    let reach = FIXED_OFFSET;
+    return surface.position + surface.n_geom * select(-FIXED_OFFSET, FIXED_OFFSET, outward);
 #else
-    let reach = dot(abs(surface.n_geom), surface.error + abs(surface.position) * GAMMA_ONE);
+    let reach = surface.error + dot(abs(surface.n_geom), abs(surface.position)) * GAMMA_ONE;
+    return surface.position + step_off(select(-reach, reach, outward), surface.n_geom, dir);
 #endif
-    return surface.position + surface.n_geom * select(-reach, reach, dot(surface.n_geom, dir) >= 0.0);
+}
+
+// A step that rises by `height` over the plane of a unit normal: see engine/src/geom/offset.rs.
+fn step_off(height: f32, normal: vec3f, dir: vec3f) -> vec3f {
+    let along = dot(normal, dir);
+    let slide = height * along / max(along * along, dot(dir, dir) * FLATTEST);
+    return dir * slide + normal * (height - slide * along);
 }
 
 // The instance row that a ray from here must not meet.
@@ -134,39 +153,38 @@ fn excluded_row(surface: Surface) -> u32 {
 #endif
 }
 
-// What a local point errs by on the way to render space and back: see engine/src/geom/offset.rs.
-fn affine_error(row: u32, local: vec3f, local_error: vec3f, world: vec3f) -> vec3f {
-    let world_from_local = instances[row].world_from_local;
-    let local_from_world = instances[row].local_from_world;
-    let forward = map_abs_linear(world_from_local, local_error) + one_way_error(world_from_local, local, world);
-    let back = one_way_error(local_from_world, world, local);
-    return forward + map_abs_linear(world_from_local, back);
+// The height of a point over a plane of unit normal in a row's local space, brought to render space. Only what
+// the map errs by along the normal counts, there and back.
+fn above_local(row: u32, near: vec3f, local: vec3f, height: f32, error: f32, normal: vec3f) -> Above {
+    let rows = instances[row].local_from_world;
+    let gradient = map_transposed(rows, normal);
+    let outward = unit_or(gradient, vec3f(0.0));
+    let steepness = dot(outward, gradient);
+    let scale = select(0.0, 1.0 / max(steepness, 1.17549435e-38), steepness > 0.0);
+    let mapped = map_abs_linear(rows, abs(near)) * GAMMA_THREE + abs(local) * GAMMA_ONE;
+    return Above(height * scale, (error + 2.0 * dot(abs(normal), mapped)) * scale, outward, outward);
 }
 
-fn one_way_error(rows: array<vec4f, 3>, from_point: vec3f, to_point: vec3f) -> vec3f {
-    return map_abs_linear(rows, abs(from_point)) * GAMMA_FOUR
-        + (abs(map_translation(rows)) + abs(to_point)) * GAMMA_ONE;
+// Over a solid's point in its own space, which is on the solid but for its roundings; the normal is of any length.
+fn above_solid(row: u32, near: vec3f, local: vec3f, at: vec3f, any_normal: vec3f, roundings: vec3f) -> Above {
+    let normal = unit_or(any_normal, vec3f(0.0, 1.0, 0.0));
+    let error = dot(abs(normal), roundings) * GAMMA_FIVE;
+    return above_local(row, near, local, dot(normal, local - at), error, normal);
 }
 
 #ifdef MESHES
-// The ray's point moved onto the triangle's plane. Along the plane it errs by the ray's error, which
-// shrinks towards the eye as pixels do; weights of corners would err by the triangle's size instead.
-fn mesh_point(found: Found, near: vec3f) -> Point {
+fn above_triangle(found: Found, near: vec3f, local: vec3f) -> Above {
     let a = triangles[found.triangle].a;
     let ab = triangles[found.triangle].b - a;
     let ac = triangles[found.triangle].c - a;
-    let from_corner = near - a;
+    let from_corner = local - a;
     let face = cross(ab, ac);
-    let face_normal = unit_or(face, vec3f(0.0));
-    let local = near - face_normal * dot(face_normal, from_corner);
+    let normal = unit_or(face, vec3f(0.0));
     // The face's own rounding tilts it, and a sliver's most: by the error of the cross product over its length.
-    let tilt = abs_cross(ab, ac) * (GAMMA_THREE / max(dot(face, face_normal), 1.17549435e-38));
-    let local_error = abs(from_corner) * GAMMA_FIVE + abs(local) * GAMMA_TWO + vec3f(dot(abs(from_corner), tilt));
-    let position = map_point(instances[found.row].world_from_local, local);
-    let error = affine_error(found.row, local, local_error, position);
-    let local_from_world = instances[found.row].local_from_world;
-    let normal = map_transposed(local_from_world, face_normal);
-    var shading = normal;
+    let tilt = abs_cross(ab, ac) * (GAMMA_THREE / max(dot(face, normal), 1.17549435e-38));
+    let spread = abs(from_corner) * 2.0 + abs(ab) + abs(ac);
+    let error = dot(abs(normal), spread) * GAMMA_FIVE + 2.0 * dot(abs(from_corner), tilt);
+    var above = above_local(found.row, near, local, dot(normal, from_corner), error, normal);
 #ifdef SMOOTH_NORMALS
     let first_normal = instances[found.row].first_normal;
     if first_normal != NONE {
@@ -175,46 +193,14 @@ fn mesh_point(found: Found, near: vec3f) -> Point {
         let v = found.uv.y;
         let w = 1.0 - u - v;
         let mixed = vertices[at.x].vector * w + vertices[at.y].vector * u + vertices[at.z].vector * v;
-        shading = map_transposed(local_from_world, mixed);
+        above.shading = map_transposed(instances[found.row].local_from_world, mixed);
     }
 #endif
-    return Point(position, error, normal, shading);
+    return above;
 }
-#endif
 
-#ifdef MESHES
 // What the products of a cross product add up to without cancelling.
 fn abs_cross(a: vec3f, b: vec3f) -> vec3f {
     return abs(a.yzx) * abs(b.zxy) + abs(a.zxy) * abs(b.yzx);
 }
 #endif
-
-#ifdef SPHERES
-fn sphere_point(row: u32, near: vec3f) -> Point {
-    let frame = sphere_frame(instances[row].local_from_world[0], instances[row].local_from_world[1]);
-    let at = project_sphere(frame, near);
-    return Point(at.position, at.error, at.normal, at.normal);
-}
-#endif
-
-#ifdef PLANES
-fn plane_point(plane: vec4f, near: vec3f) -> Point {
-    let position = near - plane.xyz * (dot(plane.xyz, near) - plane.w);
-    let error = (abs(position) + abs(plane.xyz) * abs(plane.w)) * GAMMA_FIVE;
-    return Point(position, error, plane.xyz, plane.xyz);
-}
-#endif
-
-// The hit in local space, roughly.
-fn local_near(found: Found, origin: vec3f, dir: vec3f) -> vec3f {
-    let rows = instances[found.row].local_from_world;
-    return map_point(rows, origin) + map_vector(rows, dir) * found.key.t;
-}
-
-// A point of a solid in its own space, moved onto it: exactly, but for the roundings of that.
-fn affine_point(row: u32, local: vec3f, local_normal: vec3f, roundings: vec3f) -> Point {
-    let position = map_point(instances[row].world_from_local, local);
-    let error = affine_error(row, local, roundings * GAMMA_FIVE, position);
-    let normal = map_transposed(instances[row].local_from_world, local_normal);
-    return Point(position, error, normal, normal);
-}

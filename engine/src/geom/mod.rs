@@ -28,11 +28,11 @@ pub use cone::{CONE_CAP_A, CONE_CAP_B, CONE_SIDE, cone_point, cone_radius, inter
 pub use cuboid::{cuboid_normal, intersect_cuboid};
 pub use disc::intersect_disc;
 pub use moller_trumbore::intersect_triangle_unshared;
-pub use offset::{affine_error, gamma, offset_origin};
+pub use offset::{affine_error, gamma, offset_origin, step_off};
 pub use plane::intersect_plane;
 pub use point::SolidPoint;
 pub use ray::{FAR_WIDENING, SlabRay, safe_reciprocal};
-pub use sphere::{SphereFrame, SpherePoint, SphereRoots};
+pub use sphere::{SphereFrame, SphereHeight, SphereRoots};
 pub use torus::{intersect_torus, torus_point};
 pub use triangle::{Shear, TriangleHit};
 pub use trig::sin_cos;

@@ -1,11 +1,17 @@
 //! Where a ray may start so that it cannot meet the surface it leaves.
 //!
 //! Bounds on rounding error after pbrt-v4, 6.8 "Managing Rounding Error": no length out of the air, so
-//! the same code serves a scene of millimetres and one of kilometres.
+//! the same code serves a scene of millimetres and one of kilometres. What counts is how far a point may be
+//! off its surface, along the normal; across it errs without harm.
+//!
+//! Twin of a part of `shaders/shared/surface.wgsl`.
 
 use glam::Vec3;
 
 use super::AffineRows;
+
+/// Square of the sine of the flattest angle at which a step off a surface is one along the ray.
+const FLATTEST: f32 = 1.0 / 64.0;
 
 /// Bound on n roundings in a row: n*eps / (1 - n*eps), eps = 2^-24.
 pub const fn gamma(n: u32) -> f32 {
@@ -13,35 +19,29 @@ pub const fn gamma(n: u32) -> f32 {
     (n as f32 * EPS) / (1.0 - n as f32 * EPS)
 }
 
-/// Error of a local point that goes to render space and back: `world_from_local` applied to `local`
-/// (itself known to within `local_error`) giving `world`, and the error that `local_from_world` makes of
-/// that when the next ray comes back, seen in render space.
-///
-/// Each way: three products and two sums with rounded entries, gamma(4) of |M| |p|; then the translation,
-/// itself rounded, and the rounding of the last sum, which is of the result's size.
-pub fn affine_error(
-    local: Vec3,
-    local_error: Vec3,
-    world: Vec3,
-    world_from_local: &AffineRows,
-    local_from_world: &AffineRows,
-) -> Vec3 {
-    let one_way = |map: &AffineRows, from: Vec3, to: Vec3| {
-        map.abs_linear(from.abs()) * gamma(4) + (map.translation().abs() + to.abs()) * gamma(1)
-    };
-    let forward =
-        world_from_local.abs_linear(local_error) + one_way(world_from_local, local, world);
-    let back = world_from_local.abs_linear(one_way(local_from_world, world, local));
-    forward + back
+/// How far the `image` of a `point` may be off, per axis: three products and two sums, then the translation
+/// and the rounding of that sum.
+pub fn affine_error(map: &AffineRows, point: Vec3, image: Vec3) -> Vec3 {
+    map.abs_linear(point.abs()) * gamma(3) + image.abs() * gamma(1)
 }
 
-/// The point moved off the surface to the side that `dir` leaves by: along `normal` by the error's extent
-/// there, plus the rounding of that very sum.
-pub fn offset_origin(point: Vec3, normal: Vec3, error: Vec3, dir: Vec3) -> Vec3 {
-    let reach = normal.abs().dot(error + point.abs() * gamma(1));
-    if normal.dot(dir) >= 0.0 {
-        point + normal * reach
+/// A step that rises by `height` over the plane of a unit `normal`: along `dir`, which leaves a ray on its
+/// line, as far as that is at most eight heights; what a flatter one lacks is made up along the normal.
+#[inline]
+pub fn step_off(height: f32, normal: Vec3, dir: Vec3) -> Vec3 {
+    let along = normal.dot(dir);
+    let slide = height * along / (along * along).max(dir.length_squared() * FLATTEST);
+    dir * slide + normal * (height - slide * along)
+}
+
+/// The point moved off the surface to the side that `dir` leaves by: by its `error` and the rounding of that
+/// very sum.
+pub fn offset_origin(point: Vec3, normal: Vec3, error: f32, dir: Vec3) -> Vec3 {
+    let reach = error + normal.abs().dot(point.abs()) * gamma(1);
+    let height = if normal.dot(dir) >= 0.0 {
+        reach
     } else {
-        point - normal * reach
-    }
+        -reach
+    };
+    point + step_off(height, normal, dir)
 }

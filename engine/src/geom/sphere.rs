@@ -41,15 +41,15 @@ pub struct SphereRoots {
     pub far: f32,
 }
 
-/// A point moved onto a sphere.
+/// How a point lies to a sphere.
 #[derive(Clone, Copy, Debug)]
-pub struct SpherePoint {
-    /// Relative to the eye.
-    pub position: Vec3,
-    /// Outward unit normal.
+pub struct SphereHeight {
+    /// Outside it: how far, along the normal.
+    pub height: f32,
+    /// What the height errs by, here and where a ray comes back.
+    pub error: f32,
+    /// Outward, unit.
     pub normal: Vec3,
-    /// How far the position may be off the surface, and a ray from there find it, per axis.
-    pub error: Vec3,
 }
 
 impl SphereFrame {
@@ -155,20 +155,20 @@ impl SphereFrame {
         Some(SphereRoots { near, far })
     }
 
-    /// Moves a point near the sphere onto it, along the normal there by its height above it.
-    pub fn project(&self, point: Vec3) -> SpherePoint {
+    /// The height of a point near the sphere.
+    pub fn height(&self, point: Vec3) -> SphereHeight {
         let (from_base, from_center, power) = self.place(point);
         let from_center = from_center.as_vec3();
         let length = from_center.length().max(f32::MIN_POSITIVE);
         let normal = from_center / length;
         let span = length + self.radius;
-        // The power's own roundings, here and when a ray comes back.
+        // Of the power's sums, and of the point relative to the base.
         let products = from_base.abs().dot(from_center.abs() + self.center.abs());
-        let height_error = 2.0 * gamma(6) * products / span;
-        SpherePoint {
-            position: point - normal * (power / span),
+        let one_way = gamma(6) * products / span + gamma(1) * normal.abs().dot(from_base.abs());
+        SphereHeight {
+            height: power / span,
+            error: 2.0 * one_way,
             normal,
-            error: from_base.abs() * gamma(2) + normal.abs() * height_error,
         }
     }
 }
@@ -176,8 +176,8 @@ impl SphereFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::offset_origin;
     use crate::geom::testing::{Random, Ulps};
+    use crate::geom::{offset_origin, step_off};
 
     /// The first root ahead, in f64, of the same sphere before it was rounded.
     fn exact(center: DVec3, radius: f64, origin: Vec3, dir: Vec3) -> Option<f64> {
@@ -283,21 +283,24 @@ mod tests {
             let center = -up * (radius + height);
             let on = center + radius * toward;
             let near = (on * (1.0 + 1e-7 * random.range(-1.0, 1.0))).as_vec3();
-            let point = SphereFrame::new(center, radius).project(near);
-            let off = (point.position.as_dvec3() - center).length() - radius;
+            let SphereHeight {
+                height: above,
+                error,
+                normal,
+            } = SphereFrame::new(center, radius).height(near);
+            let dir = -random.direction().as_vec3();
+            let position = near - step_off(above, normal, dir);
+            let lift = error + normal.abs().dot(position.abs()) * gamma(1);
+            let off = (position.as_dvec3() - center).length() - radius;
             // The row's own rounding moves the sphere by an ulp of the eye's height.
             let slack = height * f64::from(f32::EPSILON);
-            let lift = f64::from(
-                offset_origin(point.position, point.normal, point.error, point.normal)
-                    .distance(point.position),
-            );
             assert!(
-                off.abs() <= lift + slack,
+                off.abs() <= f64::from(lift) + slack,
                 "{off} beyond {lift} at {near} of {center}, {radius}"
             );
-            lifts.push(lift / f64::from(point.position.length() * f32::EPSILON));
+            lifts.push(lift / (position.length() * f32::EPSILON));
         }
-        lifts.sort_by(f64::total_cmp);
+        lifts.sort_by(f32::total_cmp);
         let median = lifts[lifts.len() / 2];
         assert!(median <= 16.0, "a ray starts {median} ulps off");
     }
@@ -311,14 +314,21 @@ mod tests {
             let Some(roots) = sphere.intersect(Vec3::ZERO, aim, false) else {
                 continue;
             };
-            let point = sphere.project(aim * roots.near);
+            let near = aim * roots.near;
+            let SphereHeight {
+                height,
+                error,
+                normal,
+            } = sphere.height(near);
             let along = random.direction().as_vec3();
-            let across = along - point.normal * point.normal.dot(along);
-            let dir = across + point.normal * 10_f32.powf(random.range(-9.0, 0.0) as f32);
-            if point.normal.dot(dir) < 0.0 {
+            let across = along - normal * normal.dot(along);
+            let dir = across + normal * 10_f32.powf(random.range(-9.0, 0.0) as f32);
+            let dir = dir.normalize();
+            if normal.dot(dir) < 0.0 {
                 continue;
             }
-            let origin = offset_origin(point.position, point.normal, point.error, dir);
+            let position = near - step_off(height, normal, aim);
+            let origin = offset_origin(position, normal, error, dir);
             let again = sphere.intersect(origin, dir, true);
             assert!(
                 again.is_none_or(|r| r.far <= 0.0),

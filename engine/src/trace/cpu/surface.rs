@@ -1,6 +1,7 @@
 //! From a hit to the surface there: position with its error bound, normals, material.
 //!
-//! Positions are moved onto the primitive, never left at origin + t * direction (pbrt-v4, 6.8).
+//! Positions are moved onto the primitive (pbrt-v4, 6.8), and along the ray as far as that is short: there
+//! they stay on the ray's line, and what t lacked is in them. Heights alone are taken to local spaces.
 //! Twin of `shaders/shared/surface.wgsl`.
 
 use glam::Vec3;
@@ -12,8 +13,8 @@ use crate::frame::wire::{
 };
 use crate::frame::{FIXED_OFFSET, Offset};
 use crate::geom::{
-    SolidPoint, SpherePoint, affine_error, cone_point, cuboid_normal, gamma, offset_origin,
-    torus_point, unit_or,
+    SolidPoint, SphereHeight, affine_error, cone_point, cuboid_normal, gamma, offset_origin,
+    step_off, torus_point, unit_or,
 };
 use crate::trace::PackedScene;
 
@@ -22,8 +23,8 @@ use crate::trace::PackedScene;
 pub struct Surface<'a> {
     /// Relative to the eye.
     pub position: Vec3,
-    /// Bound on the position's rounding error, per axis.
-    pub error: Vec3,
+    /// Bound on how far the position is off the primitive, as rays find it.
+    pub error: f32,
     /// Face normal, unit, towards the incoming side.
     pub n_geom: Vec3,
     /// Interpolated normal, unit, on the side of `n_geom`; equal to it on flat and analytic shapes.
@@ -52,33 +53,37 @@ impl Surface<'_> {
     }
 }
 
-/// Position, its error, face normal and shading normal before they are turned to the viewer.
-type Point = (Vec3, Vec3, Vec3, Vec3);
+/// How a point lies to the primitive it is near, in render space.
+struct Above {
+    /// Along the normal.
+    height: f32,
+    /// What the height errs by, here and where a ray comes back.
+    error: f32,
+    /// Of the face, outward and unit; zero where a triangle is too thin for one.
+    normal: Vec3,
+    /// Of any length.
+    shading: Vec3,
+}
 
 /// Resolves a hit of the ray from `origin` along `dir`.
 pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec3) -> Surface<'a> {
     let row = &scene.instances()[found.key.id as usize];
-    let t = found.key.t;
-    let (position, error, normal, shading) = match row.kind {
-        KIND_MESH => {
-            let local = row.local_from_world.point(origin) + row.local_from_world.vector(dir) * t;
-            mesh_point(scene, row, found, local)
-        }
-        KIND_SPHERE => sphere_point(row, origin + dir * t),
-        KIND_PLANE => plane_point(row, origin + dir * t),
-        _ => {
-            let local = row.local_from_world.point(origin) + row.local_from_world.vector(dir) * t;
-            local_point(row, found.key.prim, local)
-        }
+    let near = origin + dir * found.key.t;
+    let above = match row.kind {
+        KIND_MESH => above_triangle(scene, row, found, near),
+        KIND_SPHERE => above_sphere(row, near),
+        KIND_PLANE => above_plane(row, near),
+        _ => above_solid(row, found.key.prim, near),
     };
+    let position = near - step_off(above.height, above.normal, dir);
     // A triangle too thin for a normal looks straight back.
-    let normal = unit_or(normal, -dir.normalize());
+    let normal = unit_or(above.normal, -dir.normalize());
     let n_geom = if normal.dot(dir) > 0.0 {
         -normal
     } else {
         normal
     };
-    let shading = unit_or(shading, n_geom);
+    let shading = unit_or(above.shading, n_geom);
     let n_shade = if shading.dot(n_geom) < 0.0 {
         -shading
     } else {
@@ -86,7 +91,7 @@ pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec
     };
     Surface {
         position,
-        error,
+        error: above.error,
         n_geom,
         n_shade,
         material: &scene.materials[row.material as usize],
@@ -98,39 +103,55 @@ pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec
     }
 }
 
-/// The ray's point moved onto the triangle's plane. Along the plane it errs by the ray's error, which
-/// shrinks towards the eye as pixels do; weights of corners would err by the triangle's size instead.
-fn mesh_point(scene: &PackedScene, row: &InstanceRow, found: &Found, near: Vec3) -> Point {
+/// The height of a point over a plane of unit `normal` in a row's local space, brought to render space. Only what
+/// the map errs by along the normal counts, there and back.
+fn above_local(
+    row: &InstanceRow,
+    (near, local): (Vec3, Vec3),
+    height: f32,
+    error: f32,
+    normal: Vec3,
+) -> Above {
+    let map = &row.local_from_world;
+    let gradient = map.transposed_vector(normal);
+    let unit = unit_or(gradient, Vec3::ZERO);
+    let steepness = unit.dot(gradient);
+    let length = if steepness > 0.0 {
+        1.0 / steepness
+    } else {
+        0.0
+    };
+    let mapped = affine_error(map, near, local);
+    Above {
+        height: height * length,
+        error: (error + 2.0 * normal.abs().dot(mapped)) * length,
+        normal: unit,
+        shading: unit,
+    }
+}
+
+fn above_triangle(scene: &PackedScene, row: &InstanceRow, found: &Found, near: Vec3) -> Above {
     let mesh = scene.mesh(row);
     let triangle = &mesh.triangles[found.triangle as usize];
     let [a, b, c] = mesh.corners(triangle);
-    let (ab, ac, from_corner) = (b - a, c - a, near - a);
+    let local = row.local_from_world.point(near);
+    let (ab, ac, from_corner) = (b - a, c - a, local - a);
     let face = ab.cross(ac);
     let normal = unit_or(face, Vec3::ZERO);
-    let local = near - normal * normal.dot(from_corner);
+    let height = normal.dot(from_corner);
     // The face's own rounding tilts it, and a sliver's most: by the error of the cross product over its length.
     let tilt = abs_cross(ab, ac) * (gamma(3) / face.dot(normal).max(f32::MIN_POSITIVE));
-    let local_error = from_corner.abs() * gamma(5)
-        + local.abs() * gamma(2)
-        + Vec3::splat(from_corner.abs().dot(tilt));
-    let position = row.world_from_local.point(local);
-    let error = affine_error(
-        local,
-        local_error,
-        position,
-        &row.world_from_local,
-        &row.local_from_world,
-    );
-    let normal = row.local_from_world.transposed_vector(normal);
-    let mut shading = normal;
+    let spread = from_corner.abs() * 2.0 + ab.abs() + ac.abs();
+    let error = normal.abs().dot(spread) * gamma(5) + 2.0 * from_corner.abs().dot(tilt);
+    let mut above = above_local(row, (near, local), height, error, normal);
     if let Some([at_a, at_b, at_c]) = mesh.corner_normals(triangle) {
         let [u, v] = found.uv;
-        shading = row
+        // A mirrored instance turns both normals alike, and a smooth one follows its face's side.
+        above.shading = row
             .local_from_world
             .transposed_vector(at_a * (1.0 - u - v) + at_b * u + at_c * v);
     }
-    // A mirrored instance turns both normals alike, and a smooth one follows its face's side.
-    (position, error, normal, shading)
+    above
 }
 
 /// What the products of a cross product add up to without cancelling.
@@ -143,51 +164,53 @@ fn abs_cross(a: Vec3, b: Vec3) -> Vec3 {
     )
 }
 
-fn sphere_point(row: &InstanceRow, near: Vec3) -> Point {
-    let SpherePoint {
-        position,
-        normal,
+fn above_sphere(row: &InstanceRow, near: Vec3) -> Above {
+    let SphereHeight {
+        height,
         error,
-    } = row.sphere().project(near);
-    (position, error, normal, normal)
+        normal,
+    } = row.sphere().height(near);
+    Above {
+        height,
+        error,
+        normal,
+        shading: normal,
+    }
 }
 
-fn plane_point(row: &InstanceRow, near: Vec3) -> Point {
+fn above_plane(row: &InstanceRow, near: Vec3) -> Above {
     let [x, y, z, distance] = row.local_from_world.0[0];
     let normal = Vec3::new(x, y, z);
-    let position = near - normal * (normal.dot(near) - distance);
-    let error = (position.abs() + normal.abs() * distance.abs()) * gamma(5);
-    (position, error, normal, normal)
+    Above {
+        height: normal.dot(near) - distance,
+        error: normal.abs().dot(near.abs()) * gamma(6),
+        normal,
+        shading: normal,
+    }
 }
 
-/// A point of a solid in its own space, moved onto it: exactly, but for the roundings of that.
-fn local_point(row: &InstanceRow, prim: u32, near: Vec3) -> Point {
+/// Over a solid's point in its own space: that is on the solid but for its roundings.
+fn above_solid(row: &InstanceRow, prim: u32, near: Vec3) -> Above {
+    let local = row.local_from_world.point(near);
     let SolidPoint {
-        at: local,
+        at,
         normal,
         roundings,
     } = match row.kind {
         KIND_CUBOID => {
             let normal = cuboid_normal(prim);
-            let on_face = Vec3::select(normal.cmpeq(Vec3::ZERO), near, normal);
+            let on_face = Vec3::select(normal.cmpeq(Vec3::ZERO), local, normal);
             SolidPoint::on(on_face.clamp(Vec3::NEG_ONE, Vec3::ONE), normal)
         }
-        KIND_DISC => SolidPoint::on(Vec3::new(near.x, 0.0, near.z), Vec3::Y),
-        KIND_CONE => cone_point(near, row.parameter, prim),
-        KIND_TORUS => torus_point(near, row.parameter),
+        KIND_DISC => SolidPoint::on(Vec3::new(local.x, 0.0, local.z), Vec3::Y),
+        KIND_CONE => cone_point(local, row.parameter, prim),
+        KIND_TORUS => torus_point(local, row.parameter),
         _ => {
-            let unit = near.normalize_or(Vec3::Y);
+            let unit = local.normalize_or(Vec3::Y);
             SolidPoint::on(unit, unit)
         }
     };
-    let position = row.world_from_local.point(local);
-    let error = affine_error(
-        local,
-        roundings * gamma(5),
-        position,
-        &row.world_from_local,
-        &row.local_from_world,
-    );
-    let normal = row.local_from_world.transposed_vector(normal);
-    (position, error, normal, normal)
+    let normal = unit_or(normal, Vec3::Y);
+    let error = normal.abs().dot(roundings) * gamma(5);
+    above_local(row, (near, local), normal.dot(local - at), error, normal)
 }
