@@ -11,6 +11,7 @@ mod invariance;
 mod layout;
 mod motion;
 mod moving;
+mod numerics;
 mod pictures;
 mod present;
 mod sampling;

@@ -14,7 +14,7 @@ pub use self::trees::{
     StepRow,
 };
 pub use crate::bvh::{Node4, TRAVERSAL_CAPACITY};
-use crate::geom::{AffineRows, SphereFrame};
+use crate::geom::{AffineRows, PlaneFrame, SphereFrame};
 
 /// No row, no hit.
 pub const NONE: u32 = u32::MAX;
@@ -26,7 +26,7 @@ pub const KIND_SPHERE: u32 = 1;
 pub const KIND_ELLIPSOID: u32 = 2;
 /// [`InstanceRow::kind`]: the box [-1, 1]^3 in local space.
 pub const KIND_CUBOID: u32 = 3;
-/// [`InstanceRow::kind`]: a plane in render space: `local_from_world[0]` is unit normal and n.p.
+/// [`InstanceRow::kind`]: a plane in render space: the rows of `local_from_world` are those of a [`PlaneFrame`].
 pub const KIND_PLANE: u32 = 4;
 /// [`InstanceRow::kind`]: the unit disc across Y in local space.
 pub const KIND_DISC: u32 = 5;
@@ -142,7 +142,7 @@ pub struct PassRow {
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct InstanceRow {
-    /// Affine rows; of planes in render space row 0 alone, of spheres see [`KIND_SPHERE`].
+    /// Affine rows; of spheres and planes see [`KIND_SPHERE`] and [`KIND_PLANE`].
     pub local_from_world: AffineRows,
     /// Affine rows.
     pub world_from_local: AffineRows,
@@ -170,6 +170,12 @@ impl InstanceRow {
     #[inline]
     pub fn sphere(&self) -> SphereFrame {
         SphereFrame::from_rows(self.local_from_world.0)
+    }
+
+    /// The plane of a row of [`KIND_PLANE`].
+    #[inline]
+    pub fn plane(&self) -> PlaneFrame {
+        PlaneFrame::from_rows(self.local_from_world.0)
     }
 }
 

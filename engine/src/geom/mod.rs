@@ -29,7 +29,7 @@ pub use cuboid::{cuboid_normal, intersect_cuboid};
 pub use disc::intersect_disc;
 pub use moller_trumbore::intersect_triangle_unshared;
 pub use offset::{affine_error, gamma, offset_origin, step_off};
-pub use plane::intersect_plane;
+pub use plane::PlaneFrame;
 pub use point::SolidPoint;
 pub use ray::{FAR_WIDENING, SlabRay, safe_reciprocal};
 pub use sphere::{SphereFrame, SphereHeight, SphereRoots};

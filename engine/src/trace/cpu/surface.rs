@@ -179,10 +179,10 @@ fn above_sphere(row: &InstanceRow, near: Vec3) -> Above {
 }
 
 fn above_plane(row: &InstanceRow, near: Vec3) -> Above {
-    let [x, y, z, distance] = row.local_from_world.0[0];
-    let normal = Vec3::new(x, y, z);
+    let plane = row.plane();
+    let normal = plane.normal.as_vec3();
     Above {
-        height: normal.dot(near) - distance,
+        height: plane.height(near),
         error: normal.abs().dot(near.abs()) * gamma(6),
         normal,
         shading: normal,

@@ -13,7 +13,7 @@ use crate::frame::wire::{
 use crate::frame::{BoxTest, TriangleTest};
 use crate::geom::{
     Shear, SlabRay, SphereFrame, TriangleHit, intersect_cone, intersect_cuboid, intersect_disc,
-    intersect_plane, intersect_torus, intersect_triangle_unshared,
+    intersect_torus, intersect_triangle_unshared,
 };
 use crate::trace::PackedScene;
 
@@ -158,9 +158,7 @@ impl<const ANY: bool> Search<'_, ANY> {
             if self.probe.start.id == id {
                 continue;
             }
-            let [x, y, z, distance] = row.local_from_world.0[0];
-            let normal = Vec3::new(x, y, z);
-            if let Some(t) = intersect_plane(normal, distance, self.probe.origin, self.probe.dir)
+            if let Some(t) = row.plane().intersect(self.probe.origin, self.probe.dir)
                 && self.offer(Key { t, id, prim: 0 }, NONE, [0.0; 2])
             {
                 return true;

@@ -11,7 +11,7 @@ use crate::frame::wire::{
     KIND_SPHERE, KIND_TORUS, NONE,
 };
 use crate::frame::{Instance, Shape};
-use crate::geom::{Aabb, AffineRows, SphereFrame};
+use crate::geom::{Aabb, AffineRows, PlaneFrame, SphereFrame};
 
 /// Most unit shapes fit into it.
 const UNIT_BOX: Aabb = Aabb {
@@ -78,7 +78,12 @@ impl Placed {
                 let sphere = SphereFrame::new(at, self.inverse.x_axis.x);
                 row.local_from_world = AffineRows(sphere.rows());
             }
-            KIND_PLANE => row.local_from_world.0[0][3] = self.inverse.x_axis.dot(at) as f32,
+            KIND_PLANE => {
+                let normal = self.inverse.x_axis;
+                let distance = normal.dot(at);
+                let plane = PlaneFrame { normal, distance };
+                row.local_from_world = AffineRows(plane.rows());
+            }
             NONE => {}
             _ => {
                 row.world_from_local.set_translation(at);
@@ -266,12 +271,11 @@ fn sphere_row(world: &DAffine3, radius: f64) -> Packed {
 
 /// Planes have no box and are in no tree.
 fn plane_row(world: &DAffine3, normal: DVec3, distance: f64) -> Packed {
-    let mut row = InstanceRow {
+    let row = InstanceRow {
         kind: KIND_PLANE,
         ..VACANT
     };
     let n = (world.matrix3.inverse().transpose() * normal).normalize();
-    row.local_from_world.0[0] = n.as_vec3().extend(0.0).to_array();
     let placed = Placed {
         at: world.translation,
         offset: world.matrix3 * (normal * (distance / normal.length_squared())),
