@@ -103,14 +103,20 @@ impl SphereFrame {
         }
     }
 
-    /// A point relative to the base, relative to the centre, and its power.
+    /// A point relative to the base and relative to the centre.
     #[inline]
-    fn place(&self, point: Vec3) -> (Vec3, DVec3, f32) {
-        let from_base = point - self.base;
+    fn place(&self, point: Vec3) -> (DVec3, DVec3) {
+        let from_base = point.as_dvec3() - self.base.as_dvec3();
         let center = self.center.as_dvec3() + self.rest.as_dvec3();
-        let x = from_base.as_dvec3();
-        let power = x.dot(x - 2.0 * center) + f64::from(self.power);
-        (from_base, x - center, power as f32)
+        (from_base, from_base - center)
+    }
+
+    /// The power of a point, rounded once.
+    #[inline]
+    fn power_at(&self, (from_base, from_center): (DVec3, DVec3)) -> f32 {
+        // With x - 2y as twice x - y less x.
+        let power = from_base.dot(2.0 * from_center - from_base) + f64::from(self.power);
+        power as f32
     }
 
     /// Meets the sphere.
@@ -119,19 +125,20 @@ impl SphereFrame {
     /// from the inside the other one, 2b/a, is returned as both.
     #[inline]
     pub fn intersect(&self, origin: Vec3, dir: Vec3, starts_on: bool) -> Option<SphereRoots> {
-        let (_, from_center, power) = self.place(origin);
+        let at = self.place(origin);
+        let from_center = at.1;
         let a = dir.dot(dir);
         let b = -from_center.dot(dir.as_dvec3()) as f32;
         if starts_on {
             let other = 2.0 * b / a;
-            return (power <= 0.0).then_some(SphereRoots {
+            return (self.power_at(at) <= 0.0).then_some(SphereRoots {
                 near: other,
                 far: other,
             });
         }
         let squared = self.radius * self.radius;
         let discriminant = if b * b <= a * squared {
-            b * b - a * power
+            b * b - a * self.power_at(at)
         } else {
             let along_ray = dir.as_dvec3() * f64::from(b / a);
             let remainder = (from_center + along_ray).as_vec3();
@@ -146,7 +153,7 @@ impl SphereFrame {
         if q == 0.0 {
             return None;
         }
-        let (first, second) = (power / q, q / a);
+        let (first, second) = (self.power_at(at) / q, q / a);
         let (near, far) = if b >= 0.0 {
             (first, second)
         } else {
@@ -157,8 +164,8 @@ impl SphereFrame {
 
     /// The height of a point near the sphere.
     pub fn height(&self, point: Vec3) -> SphereHeight {
-        let (from_base, from_center, power) = self.place(point);
-        let from_center = from_center.as_vec3();
+        let at = self.place(point);
+        let (from_base, from_center) = (at.0.as_vec3(), at.1.as_vec3());
         let length = from_center.length().max(f32::MIN_POSITIVE);
         let normal = from_center / length;
         let span = length + self.radius;
@@ -166,7 +173,7 @@ impl SphereFrame {
         let products = from_base.abs().dot(from_center.abs() + self.center.abs());
         let one_way = gamma(6) * products / span + gamma(1) * normal.abs().dot(from_base.abs());
         SphereHeight {
-            height: power / span,
+            height: self.power_at(at) / span,
             error: 2.0 * one_way,
             normal,
         }
