@@ -1,10 +1,10 @@
-// What: the next few samples of the pixels that edges.wgsl listed, one invocation a pixel. Listed, they fill
+// What: the next sample of the pixels that edges.wgsl listed, one invocation a pixel. Listed, they fill
 // their workgroups, however few of the picture they are; their order does not show.
 // Reads: groups 0 and 1, the list. Writes: pixels and counters.
 // Twin: Canvas in engine/src/trace/cpu/canvas.rs.
 #import orrery::scene::{pass_row, view}
 #import orrery::picture::{add_up, count_rays, pixels, report}
-#import orrery::pixel::{sum_of_samples, with_samples}
+#import orrery::pixel::{light_of_sample, with_sample}
 
 // Entries of the list from pass_row.first on, at most pass_row.count of them.
 @compute @workgroup_size(64)
@@ -14,10 +14,9 @@ fn antialias(@builtin(global_invocation_id) at: vec3u, @builtin(local_invocation
         let index = report.edges[entry];
         let so_far = pixels[index];
         let first = u32(so_far.w);
-        let end = min(first + pass_row.samples, pass_row.limit);
-        let sum = sum_of_samples(index % view.width, index / view.width, first, end);
-        pixels[index] = with_samples(so_far, sum, end);
-        count_rays(end - first);
+        let light = light_of_sample(index % view.width, index / view.width, first);
+        pixels[index] = with_sample(so_far, light);
+        count_rays();
     }
     add_up(lane);
 }

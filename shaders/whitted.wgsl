@@ -1,9 +1,9 @@
-// What: the picture: one invocation a pixel, the next few of its samples and everything that follows from them.
+// What: the picture: one invocation a pixel, the next of its samples and everything that follows from it.
 // Reads: groups 0 and 1, pixels that have samples already. Writes: pixels and counters.
 // Twin: Canvas in engine/src/trace/cpu/canvas.rs.
 #import orrery::scene::{pass_row, view}
 #import orrery::picture::{add_up, count_rays, pixels}
-#import orrery::pixel::{sum_of_samples, with_samples}
+#import orrery::pixel::{light_of_sample, with_sample}
 
 // A band of rows from pass_row.first on, pass_row.count of them.
 @compute @workgroup_size(8, 8)
@@ -16,11 +16,9 @@ fn whitted(@builtin(global_invocation_id) at: vec3u, @builtin(local_invocation_i
             so_far = pixels[index];
         }
         let first = u32(so_far.w);
-        let end = min(first + pass_row.samples, pass_row.limit);
-        if first < end {
-            let sum = sum_of_samples(at.x, y, first, end);
-            pixels[index] = with_samples(so_far, sum, end);
-            count_rays(end - first);
+        if first < pass_row.limit {
+            pixels[index] = with_sample(so_far, light_of_sample(at.x, y, first));
+            count_rays();
         }
     }
     add_up(lane);

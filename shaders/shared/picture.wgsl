@@ -21,9 +21,9 @@ var<workgroup> group_reflected: atomic<u32>;
 var<workgroup> group_refracted: atomic<u32>;
 var<workgroup> group_shadow: atomic<u32>;
 
-// Counts a pixel's rays. Overflows are rare: they go straight to the sum.
-fn count_rays(samples: u32) {
-    atomicAdd(&group_primary, samples);
+// Counts the rays of a sample. Overflows are rare: they go straight to the sum.
+fn count_rays() {
+    atomicAdd(&group_primary, 1u);
     atomicAdd(&group_reflected, tally::reflected_rays);
     atomicAdd(&group_refracted, tally::refracted_rays);
     atomicAdd(&group_shadow, tally::shadow_rays);

@@ -7,14 +7,11 @@
 #import orrery::scene::view
 #import orrery::path::{Travel, camera_travel, radiance}
 
-// The sum over a pixel's samples of these numbers, from `first` up to but not including `end`.
-fn sum_of_samples(x: u32, y: u32, first: u32, end: u32) -> vec3f {
-    var sum = vec3f(0.0);
-    for (var index = first; index < end; index++) {
-        let at = vec2f(f32(x), f32(y)) + sample_offset(index);
-        sum += radiance(camera_ray(at.x, at.y));
-    }
-    return sum;
+// The light of a pixel's sample of this number. A kernel takes one: in a loop over several, invocations that are done with
+// theirs do not wait for each other, and what they trace side by side no longer lies side by side.
+fn light_of_sample(x: u32, y: u32, index: u32) -> vec3f {
+    let at = vec2f(f32(x), f32(y)) + sample_offset(index);
+    return radiance(camera_ray(at.x, at.y));
 }
 
 // The place of a sample in its pixel, right and down from the top left corner; exact.
@@ -47,8 +44,8 @@ fn camera_ray(px: f32, py: f32) -> Travel {
     return camera_travel(aside, view.forward);
 }
 
-// A pixel (the mean of its samples, and their number) with the sum of more of them, `end` in all.
-fn with_samples(so_far: vec4f, sum: vec3f, end: u32) -> vec4f {
-    let added = f32(end) - so_far.w;
-    return vec4f(so_far.rgb + (sum - so_far.rgb * added) / f32(end), f32(end));
+// A pixel (the mean of its samples, and their number) with one more of them.
+fn with_sample(so_far: vec4f, light: vec3f) -> vec4f {
+    let count = so_far.w + 1.0;
+    return vec4f(so_far.rgb + (light - so_far.rgb) / count, count);
 }

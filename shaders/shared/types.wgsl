@@ -72,9 +72,8 @@ struct PassRow {
     count: u32,
     query: u32,
     goes_on: u32,
-    samples: u32,
+    spare: vec3u,
     limit: u32,
-    spare: vec2u,
 }
 
 struct Node4 {

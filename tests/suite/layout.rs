@@ -57,9 +57,8 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             count,
             query,
             goes_on,
-            samples,
-            limit,
             spare,
+            limit,
         }),
         layout_of!(Node4 {
             min_x,

@@ -129,12 +129,10 @@ pub struct PassRow {
     pub query: u32,
     /// Pictures: 0 starts every pixel anew, 1 goes on with the samples it has.
     pub goes_on: u32,
-    /// Pictures: samples that a pixel takes.
-    pub samples: u32,
-    /// Pictures: samples that a pixel has at most after that.
-    pub limit: u32,
     /// Room for more.
-    pub spare: [u32; 2],
+    pub spare: [u32; 3],
+    /// Pictures: pixels that have fewer samples take their next.
+    pub limit: u32,
 }
 
 /// A shape in render space; its row is that of `FrameScene::instances`, which is what a hit names and what
