@@ -55,10 +55,21 @@ fn hit_cone(origin: vec3f, dir: vec3f, taper: f32, start: u32) -> ConeHit {
     let far = min(leave, side.far);
     let near_prim = select(CONE_SIDE, enter_cap, enter > side.near);
     let far_prim = select(CONE_SIDE, leave_cap, leave < side.far);
-    let hits = side.hits && near <= far;
+    let hits = side.hits && near <= far && !is_outside(origin, taper, start);
     // The root where it starts is exactly 0, which no ray asks for.
     let leaves = hits && (far_prim == CONE_SIDE || far_prim != start);
     return ConeHit(hits && start == NONE, near, near_prim, leaves, far, far_prim);
+}
+
+// Whether a ray that starts on a primitive starts beyond it: the solid is convex, so it meets it no more.
+fn is_outside(origin: vec3f, taper: f32, prim: u32) -> bool {
+    if prim == NONE {
+        return false;
+    }
+    if prim == CONE_SIDE {
+        return length(origin.xz) > cone_radius(taper, origin.y);
+    }
+    return select(origin.y > 1.0, origin.y < -1.0, prim == CONE_CAP_A);
 }
 
 fn side_span(origin: vec3f, dir: vec3f, taper: f32, starts_on: bool) -> SideSpan {

@@ -96,7 +96,9 @@ fn onward_roots(line: Line) -> vec4f {
     // The quartic over s: s^3 + a s^2 + b s + c, where |o|^2 + 1 - minor^2 = 2 from_axis on the torus.
     let a = 4.0 * approach;
     let b = 4.0 * (approach * approach + from_axis - level);
-    let c = 8.0 * ((from_axis - 1.0) * outward + from_axis * o.y * d.y);
+    let rise = 8.0 * ((from_axis - 1.0) * outward + from_axis * o.y * d.y);
+    // A ray that starts outside rises at first; of a grazing one, this may be rounding alone.
+    let c = select(rise, max(rise, 0.0), excess(line, 0.0).value > 0.0);
     // Near the start the cubic is the more accurate, far from it the surface.
     let onward = Curve(line, vec4f(1.0, a, b, c), 6.0 * line.minor);
     let end = 2.02 * (1.0 + line.minor);

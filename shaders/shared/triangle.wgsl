@@ -74,6 +74,11 @@ fn permute(p: vec3f, axis: u32, swapped: bool) -> vec3f {
     return select(q, q.yxz, swapped);
 }
 
+// Whether all three lie on one side of the ray.
+fn apart(p: vec3f) -> bool {
+    return min(p.x, min(p.y, p.z)) > 0.0 || max(p.x, max(p.y, p.z)) < 0.0;
+}
+
 // Each edge is decided by comparing two rounded products of values that both its triangles compute from
 // the same bits; a difference of products might be fused, differently on the two sides. Zero is inside.
 fn hit_triangle(ray: Shear, origin: vec3f, corner_a: vec3f, corner_b: vec3f, corner_c: vec3f) -> TriangleHit {
@@ -82,6 +87,10 @@ fn hit_triangle(ray: Shear, origin: vec3f, corner_a: vec3f, corner_b: vec3f, cor
     let c = permute(corner_c - origin, ray.axis, ray.swapped);
     let x = fma(vec3f(-ray.shear.x), vec3f(a.z, b.z, c.z), vec3f(a.x, b.x, c.x));
     let y = fma(vec3f(-ray.shear.y), vec3f(a.z, b.z, c.z), vec3f(a.y, b.y, c.y));
+    // Of a triangle without area the signs below are noise: they hold all along its line. See the twin.
+    if apart(x) || apart(y) {
+        return TriangleHit(false, 0.0, 0.0, 0.0);
+    }
     let plus = x.zxy * y.yzx;
     let minus = y.zxy * x.yzx;
     let front = all(plus >= minus);

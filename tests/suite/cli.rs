@@ -26,7 +26,7 @@ fn orrery_in(folder: &Path, arguments: &[&str]) -> Output {
 }
 
 /// Runs the program in the project's root without a display.
-fn orrery(arguments: &[&str]) -> Output {
+pub fn orrery(arguments: &[&str]) -> Output {
     orrery_in(&Path::new(env!("CARGO_MANIFEST_DIR")).join(".."), arguments)
 }
 

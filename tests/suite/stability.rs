@@ -1,5 +1,5 @@
-//! The textbook kernels that benchmarks measure against go wrong where the robust ones do not, on both f32
-//! tracers.
+//! What must never go wrong: the benchmark `stability` in its short form, on both f32 tracers. Its textbook
+//! kernels go wrong where the robust ones do not.
 
 use glam::{DAffine3, UVec2, Vec3};
 use orrery_engine::frame::{
@@ -9,6 +9,9 @@ use orrery_engine::trace::{Backend, Hit, Query, Ray, Tracer};
 use orrery_tests::metrics::compare_pictures;
 use orrery_tests::random_scene::{Random, icosphere, random_scene};
 use orrery_tests::tracers::{open, picture};
+use serde_json::Value;
+
+use crate::cli::{folder, orrery};
 
 fn settings(kernels: Kernels) -> TraceSettings {
     TraceSettings {
@@ -142,4 +145,71 @@ fn a_fixed_offset_shows_in_a_small_scene_and_hardly_elsewhere() {
         let again = picture(tracer.as_mut(), &scene, &settings(Kernels::default())).unwrap();
         assert_eq!(robust, again, "{backend}: the setting stays");
     }
+}
+
+/// Rows of the short form. What is off by ULPs is measured, not held to: a few hundred rays say too little of a
+/// percentile.
+fn short_form(backend: &str, suites: &[&str]) -> Vec<Value> {
+    let json = folder(&format!("stability_{backend}")).join("report.json");
+    let path = json.display().to_string();
+    let mut arguments = vec!["bench", "stability", "--small", "--backend", backend];
+    arguments.extend(["--json", &path]);
+    for suite in suites {
+        arguments.extend(["--suite", suite]);
+    }
+    let output = orrery(&arguments);
+    let said = String::from_utf8_lossy(&output.stderr);
+    let text = std::fs::read_to_string(&json).unwrap_or_else(|_| panic!("no report: {said}"));
+    let report: Value = serde_json::from_str(&text).expect("the report is JSON");
+    let rows = report["rows"].as_array().expect("rows").clone();
+    let missed = rows.iter().any(|row| row["met"] == false);
+    assert_eq!(output.status.code(), Some(i32::from(missed)), "{said}");
+    rows.into_iter()
+        .filter(|row| row["unit"] != "ULP" && row["unit"] != "ppm")
+        .collect()
+}
+
+fn expect_short_form(backend: &str, suites: &[&str], broken: usize) {
+    let rows = short_form(backend, suites);
+    for row in &rows {
+        assert_ne!(row["met"], false, "{row}");
+        let tried = row["tried"].as_u64().expect("a count");
+        assert!(tried > 0, "nothing was tried: {row}");
+    }
+    let must_fail = rows.iter().filter(|row| row["better"] == "higher");
+    assert!(
+        must_fail.count() >= broken,
+        "{suites:?} have hardly a row that must fail"
+    );
+    for suite in suites {
+        let start = format!("{suite}.");
+        let has_rows = |row: &Value| row["name"].as_str().is_some_and(|n| n.starts_with(&start));
+        assert!(rows.iter().any(has_rows), "no rows of `{suite}`");
+    }
+}
+
+#[test]
+fn the_short_form_finds_nothing_wrong_on_the_processor() {
+    let suites = [
+        "leaks", "trees", "leave", "ratios", "far", "input", "refit", "drift", "glass",
+    ];
+    expect_short_form("cpu", &suites, 40);
+}
+
+#[test]
+fn the_short_form_finds_nothing_wrong_on_the_gpu() {
+    expect_short_form("gpu", &["trees", "leave", "refit"], 10);
+}
+
+#[test]
+fn suites_that_are_not_there_are_usage() {
+    let output = orrery(&["bench", "stability", "--suite", "no_such_suite"]);
+    assert_eq!(output.status.code(), Some(2));
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert!(
+        said.contains("no_such_suite") && said.contains("leaks"),
+        "{said}"
+    );
+    let output = orrery(&["bench", "frame", "--rays", "10"]);
+    assert_eq!(output.status.code(), Some(2));
 }

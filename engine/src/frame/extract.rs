@@ -4,15 +4,17 @@
 //! its cost does not depend on how much there is.
 
 mod lights;
+mod materials;
 mod shapes;
 
 use bevy_ecs::entity::{EntityHashMap, EntityHashSet};
 use bevy_ecs::prelude::*;
 use std::sync::Arc;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DVec3, Vec3};
 
 use self::lights::extract_lights;
+use self::materials::{BRIGHTEST, extract_materials, within};
 use self::shapes::{extract_instances, relink_materials, vacate_removed};
 use super::overview::overview;
 use super::{Features, FrameScene, Instance, Shape, TraceSettings, View, ViewProjection};
@@ -20,7 +22,7 @@ use crate::app::Engine;
 use crate::schedule::FrameSet;
 use crate::world::{
     ActiveCamera, Background, Camera, Changes, GlobalTransform, GlobalVisibility, Material, Meshes,
-    Projection, TraceDepth, any_changed, picture_camera,
+    Projection, TraceDepth, picture_camera,
 };
 
 /// Adds extraction.
@@ -107,30 +109,6 @@ impl Rows {
     }
 }
 
-fn extract_materials(
-    mut scene: ResMut<FrameScene>,
-    mut rows: ResMut<Rows>,
-    mut removed: RemovedComponents<Material>,
-    watch: Query<Ref<Material>>,
-    changed: Query<(Entity, &Material), Changed<Material>>,
-) {
-    rows.relinked.clear();
-    rows.restructured = false;
-    if scene.materials.is_empty() {
-        scene.materials.push(Material::default());
-    }
-    for entity in removed.read().filter(|&entity| !watch.contains(entity)) {
-        rows.vacate_material(&mut scene, entity);
-    }
-    if !any_changed(&watch) {
-        return;
-    }
-    for (entity, material) in &changed {
-        let row = rows.material_row(&mut scene, entity);
-        rows.restructured |= scene.materials.set(row, *material);
-    }
-}
-
 fn extract_meshes(
     mut scene: ResMut<FrameScene>,
     meshes: Res<Meshes>,
@@ -163,7 +141,8 @@ fn extract_view(
     rows: Res<Rows>,
     mut last: Local<Option<(u64, f64)>>,
 ) {
-    scene.background = background.0;
+    let usable = |x: f32| within(x, 0.0, 0.0, BRIGHTEST);
+    scene.background = Vec3::from(background.0.to_array().map(usable));
     scene.max_generations = settings.max_generations.unwrap_or(depth.0);
     let aspect = f64::from(settings.size.x) / f64::from(settings.size.y);
     let shown = cameras

@@ -46,6 +46,9 @@ pub fn intersect_cone(
     taper: f32,
     start: Option<u32>,
 ) -> [Option<(f32, u32)>; 2] {
+    if start.is_some_and(|prim| is_outside(origin, taper, prim)) {
+        return [None; 2];
+    }
     let Some((side_near, side_far)) = side_span(origin, dir, taper, start == Some(CONE_SIDE))
     else {
         return [None; 2];
@@ -74,6 +77,16 @@ pub fn intersect_cone(
         None => [Some(near), Some(far)],
         // The root where it starts is exactly 0, which no ray asks for.
         Some(prim) => [None, (far.1 == CONE_SIDE || far.1 != prim).then_some(far)],
+    }
+}
+
+/// Whether a ray that starts on a primitive starts beyond it: the solid is convex, so it meets it no more. What the
+/// directions say of a grazing ray may be rounding alone.
+fn is_outside(origin: Vec3, taper: f32, prim: u32) -> bool {
+    match prim {
+        CONE_CAP_A => origin.y < -1.0,
+        CONE_CAP_B => origin.y > 1.0,
+        _ => Vec2::new(origin.x, origin.z).length() > cone_radius(taper, origin.y),
     }
 }
 

@@ -129,6 +129,12 @@ impl Line {
         let a = 4.0 * approach;
         let b = 4.0 * (approach * approach + from_axis - level);
         let c = 8.0 * ((from_axis - 1.0) * outward + from_axis * o.y * d.y);
+        // A ray that starts outside rises at first; of a grazing one, c may be rounding alone.
+        let c = if self.excess(0.0).0 > 0.0 {
+            c.max(0.0)
+        } else {
+            c
+        };
         // Near the start the cubic is the more accurate, far from it the surface.
         let near = 6.0 * self.minor;
         let onward = |s: f32| {

@@ -68,6 +68,12 @@ impl Shear {
         if (u < 0.0 || v < 0.0 || w < 0.0) && (u > 0.0 || v > 0.0 || w > 0.0) {
             return None;
         }
+        // Of a triangle without area, or seen along its plane, the signs are noise: they hold all along its line.
+        // A triangle that the ray does pass through in exact arithmetic is not left out, so this opens no leak.
+        let apart = |a: f32, b: f32, c: f32| a.min(b).min(c) > 0.0 || a.max(b).max(c) < 0.0;
+        if apart(ax, bx, cx) || apart(ay, by, cy) {
+            return None;
+        }
         let det = u + v + w;
         if det == 0.0 {
             return None;
@@ -112,6 +118,19 @@ mod tests {
         assert!(shear.intersect(Vec3::Z, [Vec3::ZERO; 3]).is_none());
         let line = [Vec3::NEG_X, Vec3::ZERO, Vec3::X];
         assert!(shear.intersect(Vec3::Z, line).is_none());
+    }
+
+    #[test]
+    fn a_triangle_without_area_is_not_met_beyond_its_ends() {
+        // Corners on one line, and a ray through that line far from them.
+        let corners = [
+            Vec3::new(-0.375, 0.5, 0.5),
+            Vec3::new(-0.375, 0.125, 0.5),
+            Vec3::new(-0.375, 0.625, 0.5),
+        ];
+        let origin = Vec3::new(-0.4434635, 0.6563456, 1.8337411);
+        let dir = Vec3::new(0.068463504, -1.4063456, -1.3337411);
+        assert_eq!(Shear::new(dir).intersect(origin, corners), None);
     }
 
     #[test]

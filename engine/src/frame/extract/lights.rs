@@ -2,11 +2,12 @@
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::system::SystemParam;
-use glam::DVec3;
+use glam::{DVec3, Vec3};
 
+use super::materials::BRIGHTEST;
 use crate::frame::{FrameScene, Light, LightKind};
 use crate::world::{
-    DirectionalLight, FARTHEST, GlobalTransform, GlobalVisibility, PointLight, SpotLight,
+    DirectionalLight, FARTHEST, Fade, GlobalTransform, GlobalVisibility, PointLight, SpotLight,
     any_changed,
 };
 
@@ -80,13 +81,25 @@ pub(super) fn extract_lights(
     });
     scene
         .lights
-        .assign(points.chain(suns).chain(spots).filter(|light| {
-            let position_is_finite = match light.kind {
-                LightKind::Point { position } | LightKind::Spot { position, .. } => {
-                    position.is_finite() && position.abs().max_element() <= FARTHEST
-                }
-                LightKind::Directional { .. } => true,
-            };
-            position_is_finite && light.color.is_finite() && light.color != glam::Vec3::ZERO
-        }));
+        .assign(points.chain(suns).chain(spots).filter(shines));
+}
+
+/// Whether a light adds anything to a picture that is a number.
+fn shines(light: &Light) -> bool {
+    let within = |p: DVec3| p.is_finite() && p.abs().max_element() <= FARTHEST;
+    let is_placed = match light.kind {
+        LightKind::Directional { to_light } => to_light.is_finite(),
+        LightKind::Point { position } => within(position),
+        LightKind::Spot {
+            position,
+            axis,
+            cos_inner,
+            cos_outer,
+        } => within(position) && axis.is_finite() && (cos_inner + cos_outer).is_finite(),
+    };
+    let fades = |fade: Fade| fade.distance.is_finite() && fade.power.is_finite();
+    is_placed
+        && light.fade.is_none_or(fades)
+        && light.color.abs().cmple(Vec3::splat(BRIGHTEST)).all()
+        && light.color != Vec3::ZERO
 }

@@ -253,7 +253,25 @@ fn bad_light(world: &mut World, draw: &mut Draw) {
     let pose = Transform::from_translation(DVec3::new(-4.0, 5.0, 3.0));
     let color = Vec3::new(1.0, non_finite(draw) as f32, 0.5);
     let intensity = 1.0;
-    match draw.below(4) {
+    match draw.below(6) {
+        4 => world.spawn((
+            pose,
+            PointLight {
+                fade: Some(Fade {
+                    distance: 1.0,
+                    power: non_finite(draw),
+                }),
+                ..PointLight::default()
+            },
+        )),
+        5 => world.spawn((
+            pose,
+            SpotLight {
+                inner_angle: non_finite(draw),
+                intensity: 1e38,
+                ..SpotLight::default()
+            },
+        )),
         0 => world.spawn((
             pose,
             PointLight {
@@ -270,7 +288,7 @@ fn bad_light(world: &mut World, draw: &mut Draw) {
             },
         )),
         _ => world.spawn((
-            Transform::from_translation(spoiled(pose.translation, draw)),
+            pose,
             PointLight {
                 fade: Some(Fade {
                     distance: non_finite(draw),

@@ -29,6 +29,10 @@ const SCENES: u64 = 4;
 /// The flattest angle of leaving, as a power of ten: what f32 frames can still tell from none.
 const FLATTEST: f64 = -5.0;
 
+/// Radii of the torus.
+const MAJOR: f64 = 0.75;
+const MINOR: f64 = 0.25;
+
 /// Kinds of surfaces.
 #[derive(Clone, Copy, PartialEq)]
 enum Kind {
@@ -36,15 +40,24 @@ enum Kind {
     Ellipsoid,
     Cuboid,
     Plane,
+    Disc,
+    Cylinder,
+    Cone,
+    /// Only its outer half is on its convex hull, and is left.
+    Torus,
     /// Of [`meshes`].
     Mesh(usize),
 }
 
-const KINDS: [(&str, Kind); 6] = [
+const KINDS: [(&str, Kind); 10] = [
     ("spheres", Kind::Sphere),
     ("ellipsoids", Kind::Ellipsoid),
     ("cuboids", Kind::Cuboid),
     ("planes", Kind::Plane),
+    ("discs", Kind::Disc),
+    ("cylinders", Kind::Cylinder),
+    ("cones", Kind::Cone),
+    ("tori", Kind::Torus),
     ("icospheres", Kind::Mesh(0)),
     ("fans", Kind::Mesh(1)),
 ];
@@ -103,6 +116,21 @@ impl Crowd {
             Kind::Plane => Shape::Plane {
                 normal: DVec3::Y,
                 distance: 0.0,
+            },
+            Kind::Disc => Shape::Disc {
+                center: DVec3::ZERO,
+                normal: DVec3::Y,
+                radius: 1.0,
+            },
+            Kind::Cylinder | Kind::Cone => Shape::Cone {
+                a: DVec3::NEG_Y,
+                radius_a: 1.0,
+                b: DVec3::Y,
+                radius_b: upper_radius(kind),
+            },
+            Kind::Torus => Shape::Torus {
+                major: MAJOR,
+                minor: MINOR,
             },
             Kind::Mesh(row) => Shape::Mesh(row as u32),
         };
@@ -167,7 +195,7 @@ impl Crowd {
             _ => steep,
         };
         let side = match self.kind {
-            Kind::Plane if draw.below(2) == 0 => -1.0,
+            Kind::Plane | Kind::Disc if draw.below(2) == 0 => -1.0,
             _ => 1.0,
         };
         let (sin, cos) = draw.range(0.0, std::f64::consts::TAU).sin_cos();
@@ -193,6 +221,16 @@ impl Crowd {
                 let point = draw.cube() * 2.0;
                 (DVec3::new(point.x, 0.0, point.z), DVec3::Y)
             }
+            Kind::Disc => {
+                let point = on_circle(draw) * draw.unit().sqrt();
+                (point, DVec3::Y)
+            }
+            Kind::Cylinder | Kind::Cone => on_cone(upper_radius(self.kind), draw),
+            Kind::Torus => {
+                let (out, (sin, cos)) = (on_circle(draw), draw.range(-1.5, 1.5).sin_cos());
+                let normal = out * cos + DVec3::Y * sin;
+                (out * MAJOR + normal * MINOR, normal)
+            }
             Kind::Mesh(row) => {
                 let solid = &self.solids[row];
                 let triangle = solid.triangles[draw.below(solid.triangles.len())];
@@ -205,6 +243,31 @@ impl Crowd {
                 let normal = (b - a).cross(c - a).normalize();
                 (point, if normal.dot(a) < 0.0 { -normal } else { normal })
             }
+        }
+    }
+}
+
+fn upper_radius(kind: Kind) -> f64 {
+    if kind == Kind::Cone { 0.2 } else { 1.0 }
+}
+
+/// A point of the unit circle across Y.
+fn on_circle(draw: &mut Draw) -> DVec3 {
+    let (sin, cos) = draw.range(0.0, std::f64::consts::TAU).sin_cos();
+    DVec3::new(cos, 0.0, sin)
+}
+
+/// A point of a cone of height 2 whose lower radius is 1, and its normal.
+fn on_cone(upper: f64, draw: &mut Draw) -> (DVec3, DVec3) {
+    let out = on_circle(draw);
+    match draw.below(4) {
+        0 => (DVec3::Y + out * upper * draw.unit().sqrt(), DVec3::Y),
+        1 => (DVec3::NEG_Y + out * draw.unit().sqrt(), DVec3::NEG_Y),
+        _ => {
+            let y = draw.range(-1.0, 1.0);
+            let slope = (1.0 - upper) / 2.0;
+            let point = out * (1.0 - (y + 1.0) * slope) + DVec3::Y * y;
+            (point, (out + DVec3::Y * slope).normalize())
         }
     }
 }

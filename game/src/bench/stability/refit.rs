@@ -1,7 +1,7 @@
 //! Meshes that deform for a long time: refitted trees still hold everything, and give what brute force gives.
 //!
 //! On the host every primitive must be inside every ancestor, after random walks of all vertices. On the backend two copies
-//! of a mesh go through the same deformations, one with a tree and one without: same hits, bit for bit.
+//! of a mesh go through the same deformations, one with a tree and one without: same hits.
 
 use std::sync::Arc;
 
@@ -9,7 +9,7 @@ use glam::{DAffine3, DVec3, Vec3, Vec3A};
 use orrery_engine::bvh::{Extent, Tree};
 use orrery_engine::frame::{FrameScene, Kernels, Shape};
 use orrery_engine::geom::Aabb;
-use orrery_engine::trace::{Hit, Query, Ray};
+use orrery_engine::trace::{Backend, Hit, Query, Ray};
 use orrery_engine::world::{DeformStep, Deformation, MeshRow, Structure};
 
 use super::course::{Course, ready, scene_of};
@@ -138,13 +138,33 @@ fn against_none(course: &mut Course, late: u64, frames: u64) -> Result<Tally, Fa
             course.upload(scene, Kernels::default())?;
             *hits = course.tracer.intersect(&rays, Query::Closest)?;
         }
+        let exact = course.tracer.backend() != Backend::Gpu;
         for (found, expected) in answers[0].iter().zip(&answers[1]) {
-            tally.take(Verdict::of(found == expected));
+            tally.take(judge(found, expected, exact));
         }
         bar.inc(1);
     }
     bar.finish_and_clear();
     Ok(tally)
+}
+
+/// The same hit, bit for bit; on a device, which may have the host deform one copy of the mesh and itself the other,
+/// the same triangle at the same place, where rounding cannot make it another.
+fn judge(found: &Hit, expected: &Hit, exact: bool) -> Verdict {
+    if found == expected || exact {
+        return Verdict::of(found == expected);
+    }
+    let is_inside = |hit: &Hit| {
+        let [u, v] = hit.uv;
+        *hit == Hit::MISS || u.min(v).min(1.0 - u - v) > 1e-3
+    };
+    if found.prim == expected.prim {
+        Verdict::of((found.t - expected.t).abs() <= 1e-4 * expected.t)
+    } else if is_inside(found) && is_inside(expected) {
+        Verdict::Wrong
+    } else {
+        Verdict::Void
+    }
 }
 
 fn wavy(structure: Structure) -> Result<FrameScene, String> {

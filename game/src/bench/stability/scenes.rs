@@ -51,7 +51,22 @@ pub fn mixed(seed: u64) -> Result<FrameScene, Failure> {
 }
 
 fn shape(draw: &mut Draw) -> Shape {
-    match draw.below(3) {
+    match draw.below(6) {
+        3 => Shape::Disc {
+            center: DVec3::ZERO,
+            normal: DVec3::new(0.0, 0.8, 0.6),
+            radius: 0.75,
+        },
+        4 => Shape::Cone {
+            a: DVec3::NEG_Y,
+            radius_a: 0.75,
+            b: DVec3::Y,
+            radius_b: [0.75, 0.25, 0.0][draw.below(3)],
+        },
+        5 => Shape::Torus {
+            major: 0.75,
+            minor: 0.25,
+        },
         0 => Shape::Sphere { radius: 0.75 },
         1 => Shape::Cuboid {
             min: DVec3::splat(-0.5),

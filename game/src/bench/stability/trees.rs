@@ -25,7 +25,7 @@ const BATCH: u64 = 1 << 16;
 /// Most triangles of a mesh.
 const TRIANGLES: usize = 500;
 /// Things in a crowd.
-const CROWD: usize = 9;
+const CROWD: usize = 12;
 
 const STRUCTURES: [(&str, Structure); 3] = [
     ("boxes4", Structure::Boxes4),
@@ -138,13 +138,28 @@ fn crowd_of(batch: u64) -> Result<FrameScene, Failure> {
     let mut shapes = Vec::new();
     for i in 0..CROWD {
         let half = DVec3::splat(0.5);
-        let shape = match i % 3 {
-            0 => Shape::Mesh(0),
+        let shape = match i % 10 {
             1 => Shape::Sphere { radius: 0.5 },
-            _ => Shape::Cuboid {
+            3 => Shape::Cuboid {
                 min: -half,
                 max: half,
             },
+            5 => Shape::Disc {
+                center: DVec3::ZERO,
+                normal: DVec3::Y,
+                radius: 0.5,
+            },
+            7 => Shape::Cone {
+                a: half * DVec3::NEG_Y,
+                radius_a: 0.5,
+                b: half * DVec3::Y,
+                radius_b: 0.25,
+            },
+            9 => Shape::Torus {
+                major: 0.5,
+                minor: 0.25,
+            },
+            _ => Shape::Mesh(0),
         };
         let turn = match draw.below(3) {
             0 => DQuat::from_axis_angle(draw.direction(), draw.range(0.0, 6.0)),
