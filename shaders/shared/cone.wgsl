@@ -101,7 +101,10 @@ fn side_span(origin: vec3f, dir: vec3f, taper: f32, starts_on: bool) -> SideSpan
         let q = select(b - root, b + root, b >= 0.0);
         let distance = length(o);
         let c = (distance - abs(radius)) * (distance + abs(radius));
-        if abs(q) >= TINY {
+        if root < 0.5 * abs(b) && abs(a) > 0.1 * slope * slope {
+            // The ray all but touches: c is rounding, and neither this difference nor a cancels much.
+            roots = vec2f((b + b - q) / divisor, q / divisor);
+        } else if abs(q) >= TINY {
             roots = vec2f(c / q, q / divisor);
         } else if abs(a) >= TINY {
             roots = vec2f(b / divisor);

@@ -10,12 +10,12 @@
 const TINY: f32 = 1e-30;
 // Steps for a critical point: it need only part two roots.
 const CRITICAL_STEPS: u32 = 12u;
-// A critical point is known to within this.
-const CRITICAL_ACCURACY: f32 = 1e-5;
+// A Newton step no longer than this is the last one: it leaves about its square.
+const CRITICAL_ACCURACY: f32 = 1e-3;
 // Steps for a root: as many halvings as a tangent ray has digits.
 const ROOT_STEPS: u32 = 24u;
-// A root is known to within this: half an ulp of the major radius.
-const ROOT_ACCURACY: f32 = 6e-8;
+// The same for a root. Less would wait for rounding to agree with itself.
+const ROOT_ACCURACY: f32 = 1e-6;
 // No root: before every ray.
 const NO_ROOT: f32 = -3e38;
 
@@ -100,7 +100,7 @@ fn onward_roots(line: Line) -> vec4f {
     // A ray that starts outside rises at first; of a grazing one, this may be rounding alone.
     let c = select(rise, max(rise, 0.0), excess(line, 0.0).value > 0.0);
     // Near the start the cubic is the more accurate, far from it the surface.
-    let onward = Curve(line, vec4f(1.0, a, b, c), 6.0 * line.minor);
+    let onward = Curve(line, vec4f(1.0, a, b, c), line.minor);
     let end = 2.02 * (1.0 + line.minor);
     let bent = bends(a, b, end);
     return vec4f(
@@ -143,13 +143,12 @@ fn root_between(curve: Curve, from_place: f32, to_place: f32, steps: u32, accura
         let stays = (at.value < 0.0) == is_below;
         low = select(low, s, stays);
         high = select(s, high, stays);
-        let newton = s - at.value / select(at.slope, TINY, abs(at.slope) < TINY);
-        let next = select(0.5 * (low + high), newton, newton > low && newton < high);
-        let moved = abs(next - s);
-        s = next;
-        if moved <= accuracy {
-            break;
+        let change = at.value / select(at.slope, TINY, abs(at.slope) < TINY);
+        let newton = s - change;
+        if abs(change) <= accuracy {
+            return newton;
         }
+        s = select(0.5 * (low + high), newton, newton > low && newton < high);
     }
     return s;
 }

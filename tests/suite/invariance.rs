@@ -42,6 +42,26 @@ impl Change {
                 normal,
                 distance: distance * self.factor + normal.dot(self.shift),
             }),
+            Shape::Disc {
+                center,
+                normal,
+                radius,
+            } => Some(Shape::Disc {
+                center: self.place(center),
+                normal,
+                radius: radius * self.factor,
+            }),
+            Shape::Cone {
+                a,
+                radius_a,
+                b,
+                radius_b,
+            } => Some(Shape::Cone {
+                a: self.place(a),
+                radius_a: radius_a * self.factor,
+                b: self.place(b),
+                radius_b: radius_b * self.factor,
+            }),
             _ => None,
         }
     }
@@ -82,7 +102,7 @@ impl Change {
     }
 }
 
-/// A random scene of numbers with few digits. `unposed`: meshes, boxes and planes stand where their numbers say.
+/// A random scene of numbers with few digits. `unposed`: all but spheres and tori stand where their numbers say.
 fn base(unposed: bool) -> FrameScene {
     let snap = |v: DVec3| (v * 1024.0).round() / 1024.0;
     let mut scene = random_scene(3, 40);
@@ -119,6 +139,15 @@ fn base(unposed: bool) -> FrameScene {
             Shape::Cuboid { min, max } => {
                 let at = pose.translation;
                 (*min, *max) = (snap(*min) + at, snap(*max) + at);
+                *pose = DAffine3::IDENTITY;
+            }
+            Shape::Disc { center, .. } => {
+                *center = snap(*center) + pose.translation;
+                *pose = DAffine3::IDENTITY;
+            }
+            Shape::Cone { a, b, .. } => {
+                let at = pose.translation;
+                (*a, *b) = (snap(*a) + at, snap(*b) + at);
                 *pose = DAffine3::IDENTITY;
             }
             Shape::Plane { normal, distance } => {

@@ -131,6 +131,12 @@ fn the_demo_is_the_same_on_all_backends() {
 }
 
 #[test]
+fn solids_are_the_same_on_all_backends() {
+    hold("solids", [Backend::Cpu, Backend::Reference]);
+    hold("solids", [Backend::Gpu, Backend::Cpu]);
+}
+
+#[test]
 fn a_frame_number_is_a_picture_however_one_gets_there() {
     for backend in [Backend::Cpu, Backend::Gpu] {
         let mut walked = engine("demo", backend, of_size(SMALL / 2));

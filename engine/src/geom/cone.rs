@@ -117,7 +117,10 @@ fn side_span(origin: Vec3, dir: Vec3, taper: f32, starts_on: bool) -> Option<(f3
         let root = discriminant.max(0.0).sqrt();
         let q = if b >= 0.0 { b + root } else { b - root };
         let c = (distance - radius.abs()) * (distance + radius.abs());
-        if q.abs() >= TINY {
+        if root < 0.5 * b.abs() && a.abs() > 0.1 * slope * slope {
+            // The ray all but touches: c is rounding, and neither this difference nor a cancels much.
+            ((b + b - q) / divisor, q / divisor)
+        } else if q.abs() >= TINY {
             (c / q, q / divisor)
         } else if a.abs() >= TINY {
             (b / divisor, b / divisor)

@@ -15,7 +15,7 @@ mod point;
 mod ray;
 mod sphere;
 #[cfg(test)]
-mod testing;
+pub(crate) mod testing;
 mod torus;
 mod triangle;
 mod trig;

@@ -19,12 +19,12 @@ use super::SolidPoint;
 const TINY: f32 = 1e-30;
 /// Steps for a critical point: it need only part two roots.
 const CRITICAL_STEPS: u32 = 12;
-/// A critical point is known to within this.
-const CRITICAL_ACCURACY: f32 = 1e-5;
+/// A Newton step no longer than this is the last one: it leaves about its square.
+const CRITICAL_ACCURACY: f32 = 1e-3;
 /// Steps for a root: as many halvings as a tangent ray has digits.
 const ROOT_STEPS: u32 = 24;
-/// A root is known to within this: half an ulp of the major radius.
-const ROOT_ACCURACY: f32 = 6e-8;
+/// The same for a root. Less would wait for rounding to agree with itself.
+const ROOT_ACCURACY: f32 = 1e-6;
 
 /// All distances to the torus in lengths of `dir`, nearest first; one `starts_on` it leaves out where it starts.
 pub fn intersect_torus(origin: Vec3, dir: Vec3, minor: f32, starts_on: bool) -> [Option<f32>; 4] {
@@ -136,7 +136,7 @@ impl Line {
             c
         };
         // Near the start the cubic is the more accurate, far from it the surface.
-        let near = 6.0 * self.minor;
+        let near = self.minor;
         let onward = |s: f32| {
             if s * s > near {
                 self.excess(s)
@@ -186,16 +186,16 @@ fn root_between(
         } else {
             high = s;
         }
-        let newton = s - value / if slope.abs() < TINY { TINY } else { slope };
-        let next = if newton > low && newton < high {
+        let step = value / if slope.abs() < TINY { TINY } else { slope };
+        let newton = s - step;
+        if step.abs() <= accuracy {
+            return Some(newton);
+        }
+        s = if newton > low && newton < high {
             newton
         } else {
             0.5 * (low + high)
         };
-        if (next - s).abs() <= accuracy {
-            return Some(next);
-        }
-        s = next;
     }
     Some(s)
 }

@@ -5,6 +5,8 @@
 
 pub(super) mod deform;
 mod shape;
+#[cfg(test)]
+mod tests;
 mod torus;
 mod tree;
 mod whitted;
