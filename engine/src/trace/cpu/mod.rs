@@ -11,8 +11,6 @@ mod media;
 mod path;
 mod pixel;
 mod surface;
-#[cfg(test)]
-mod tests;
 mod traverse;
 
 pub use self::enter::{enter_boxes, enter_spheres};

@@ -207,7 +207,6 @@ fn solids_are_hit_where_f64_hits_them() {
         "t errs by {p50:.2}, {p99:.2}, {p999:.2}, at most {max:.1} ulps; points are off by at most \
          {worst:.2} ulps of the origin; {differ} of {tried} random rays hit or miss otherwise"
     );
-    println!("{story}");
     assert!(p50 <= 1.0 && p99 <= 6.0 && p999 <= 12.0, "{story}");
     assert!(worst <= 16.0, "{story}");
     assert!(differ <= 4, "{story}");
@@ -265,7 +264,6 @@ fn a_ray_that_leaves_a_solid_does_not_meet_where_it_starts() {
         "{inward} hits elsewhere, off by at most {worst:.2} ulps of the solid; \
          {differ} of 400,000 rays have another number of them"
     );
-    println!("{story}");
     assert!(inward > 100_000 && worst <= 8.0 && differ <= 40, "{story}");
 }
 
@@ -273,7 +271,7 @@ fn a_ray_that_leaves_a_solid_does_not_meet_where_it_starts() {
 fn the_reference_finds_every_root_of_a_torus() {
     let mut random = Random::new(31);
     let mut roots = [0; 5];
-    for number in 0..4_000 {
+    for number in 0..1_500 {
         let major = 10_f64.powf(random.range(-2.0, 2.0));
         let minor = major * random.range(0.02, 0.98);
         let origin = random.direction() * (major * random.range(0.1, 4.0));
@@ -311,8 +309,5 @@ fn the_reference_finds_every_root_of_a_torus() {
         );
         roots[found.len()] += 1;
     }
-    assert!(
-        roots[0] > 100 && roots[2] > 100 && roots[4] > 100,
-        "{roots:?}"
-    );
+    assert!(roots[0] > 50 && roots[2] > 50 && roots[4] > 50, "{roots:?}");
 }
