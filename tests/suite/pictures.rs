@@ -132,8 +132,21 @@ fn the_demo_is_the_same_on_all_backends() {
 
 #[test]
 fn solids_are_the_same_on_all_backends() {
-    hold("solids", [Backend::Cpu, Backend::Reference]);
-    hold("solids", [Backend::Gpu, Backend::Cpu]);
+    // Mirrors as curved as these thin rings magnify a rounding about a hundredfold each: two bounces are held.
+    let shallow = TraceSettings {
+        max_generations: Some(3),
+        ..of_size(SMALL)
+    };
+    for backends in [
+        [Backend::Cpu, Backend::Reference],
+        [Backend::Gpu, Backend::Cpu],
+    ] {
+        let ppm = frames_ppm("solids", backends, shallow);
+        assert!(
+            ppm.iter().all(|&ppm| ppm < LIMIT_PPM),
+            "{backends:?}, frames {FRAMES:?}: {ppm:.1?} ppm off"
+        );
+    }
 }
 
 #[test]

@@ -304,7 +304,7 @@ fn the_reference_finds_every_root_of_a_torus() {
         }
         // A march steps over two roots that are closer than its steps; the reference must not invent any.
         assert!(
-            found.len() >= changes.len() && found.len() % 2 == 0,
+            found.len() >= changes.len() && found.len().is_multiple_of(2),
             "ray {number}"
         );
         roots[found.len()] += 1;
