@@ -189,6 +189,8 @@ fn accuracy_has_its_points_its_proofs_and_its_page() {
         let aliased = value(&report, &format!("{class}.cpu.1 sample.relMSE"));
         let smooth = value(&report, &format!("{class}.cpu.16 samples.relMSE"));
         assert!(smooth < aliased * 0.01, "{class}: {smooth} of {aliased}");
+        let at_edges = value(&report, &format!("{class}.cpu.16 at edges.relMSE"));
+        assert!(at_edges < aliased, "{class}: {at_edges} of {aliased}");
         let chart = format!("accuracy_{class}.svg");
         assert!(text.contains(&format!("]({chart})")), "{chart}");
         let chart = std::fs::read_to_string(page.join(chart)).expect("a chart");

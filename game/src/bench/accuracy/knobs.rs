@@ -28,6 +28,8 @@ pub struct Knob {
     pub kernels: Kernels,
     /// See [`TraceSettings::samples`].
     pub samples: u32,
+    /// See [`TraceSettings::adaptive`].
+    pub adaptive: Option<f32>,
     /// Traced pixels for each of the picture's, along an axis; enlarged by linear interpolation.
     pub scale: f64,
 }
@@ -42,6 +44,7 @@ impl Knob {
             cutoff: None,
             kernels: Kernels::default(),
             samples: 1,
+            adaptive: None,
             scale: 1.0,
         }
     }
@@ -53,6 +56,7 @@ impl Knob {
             cutoff: self.cutoff.unwrap_or(settings.cutoff),
             kernels: self.kernels,
             samples: self.samples,
+            adaptive: self.adaptive,
             size: (settings.size.as_dvec2() * self.scale).round().as_uvec2(),
             ..settings
         }
@@ -120,6 +124,11 @@ fn sampling() -> Vec<Knob> {
     knobs.extend([2, 4, 16, 64].map(|samples| Knob {
         samples,
         ..knob(&format!("{samples} samples"))
+    }));
+    knobs.extend([4, 16, 64].map(|samples| Knob {
+        samples,
+        adaptive: Some(TraceSettings::EDGE_CONTRAST),
+        ..knob(&format!("{samples} at edges"))
     }));
     knobs.push(Knob {
         scale: 0.5,
