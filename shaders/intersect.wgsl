@@ -3,7 +3,12 @@
 // Twin: answer in engine/src/trace/cpu/mod.rs.
 #import orrery::types::{HitRow, NONE, QUERY_ANY, RayRow}
 #import orrery::scene::{instances, pass_row}
-#import orrery::traverse::{Probe, key_after, key_before, trace}
+#import orrery::traverse::{Found, Probe, key_after, key_before, trace}
+#ifdef MESHES
+#import orrery::affine::{map_point, map_vector}
+#import orrery::scene::triangles
+#import orrery::types::KIND_MESH
+#endif
 
 @group(2) @binding(0) var<storage, read> rays: array<RayRow>;
 @group(2) @binding(1) var<storage, read_write> hits: array<HitRow>;
@@ -22,8 +27,32 @@ fn intersect(@builtin(global_invocation_id) at: vec3u) {
     if any {
         hit.instance = select(0u, 1u, is_hit);
     } else if is_hit {
+        hit.t = refined_t(found, ray);
         hit.instance = found.key.id;
         hit.prim = found.key.prim;
     }
     hits[at.x] = hit;
+}
+
+// Square of the cosine below which a ray grazes a triangle: the plane's t is then the less exact of the two.
+const GRAZES: f32 = 0.25;
+
+// The distance to a triangle's plane from where the hit was found, added: one Newton step, as positions in pictures are moved
+// onto their primitives.
+fn refined_t(found: Found, ray: RayRow) -> f32 {
+    let t = found.key.t;
+#ifdef MESHES
+    if instances[found.row].kind == KIND_MESH {
+        let rows = instances[found.row].local_from_world;
+        let dir = map_vector(rows, ray.dir);
+        let a = triangles[found.triangle].a;
+        let normal = cross(triangles[found.triangle].b - a, triangles[found.triangle].c - a);
+        let height = dot(normal, a - map_point(rows, ray.origin + ray.dir * t));
+        let along = dot(normal, dir);
+        if along * along > GRAZES * dot(normal, normal) * dot(dir, dir) {
+            return clamp(t + height / along, ray.t_min, ray.t_max);
+        }
+    }
+#endif
+    return t;
 }

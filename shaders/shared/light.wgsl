@@ -89,6 +89,10 @@ fn highlights(material: MaterialRow, normal: vec3f, dir: vec3f, to_light: vec3f)
     return sum;
 }
 
+// 1 + 4 ulp: surfaces of one instance that lie no farther apart on a ray are the two sides of an edge, which both count the
+// edge as theirs, and are crossed once.
+const ONE_CROSSING: f32 = 1.00000048;
+
 // How much of a light passes: the product over the transparent surfaces on the way in order of (t, id), so
 // that no rounding depends on a tree; nothing behind an opaque one. Each round's key exceeds the last one's,
 // so the rounds end with the surfaces.
@@ -111,7 +115,10 @@ fn shadow(surface: Surface, light: LightRow, to_light: vec3f) -> vec3f {
         if (material.flags & MATERIAL_TRANSMITS) == 0u {
             return vec3f(0.0);
         }
-        passed *= material.color * material.filtered + vec3f(material.transmit);
+        let is_same_edge = found.key.id == probe.after.id && found.key.t <= probe.after.t * ONE_CROSSING;
+        if !is_same_edge {
+            passed *= material.color * material.filtered + vec3f(material.transmit);
+        }
         probe.after = found.key;
     }
     return passed;

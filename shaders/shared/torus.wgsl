@@ -1,5 +1,5 @@
 // What: the torus of major radius 1 about the Y axis: roots of a quartic, isolated between the critical points of
-// derivatives (Yuksel, "High-Performance Polynomial Solving for Graphics", HPG 2022); see the twin.
+// derivatives (Yuksel, "High-Performance Polynomial Root Finding for Graphics", HPG 2022); see the twin.
 // Reads: nothing. Writes: nothing.
 // Twin: engine/src/geom/torus.rs.
 #define_import_path orrery::torus

@@ -9,6 +9,7 @@ mod ground_truth;
 mod house;
 mod invariance;
 mod layout;
+mod leaving;
 mod motion;
 mod moving;
 mod numerics;

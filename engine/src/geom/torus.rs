@@ -3,7 +3,7 @@
 //! A ray meets it where a quartic is zero. With the ray moved to its closest approach to the centre the
 //! quartic has no cubic term, and its coefficients are no larger than the torus. Its roots are isolated
 //! between its critical points, those between the critical points of its derivative, and refined by
-//! bracketed Newton steps (Yuksel, "High-Performance Polynomial Solving for Graphics", HPG 2022). Signs and steps of the
+//! bracketed Newton steps (Yuksel, "High-Performance Polynomial Root Finding for Graphics", HPG 2022). Signs and steps of the
 //! quartic itself are those of (|p_xz| - 1)^2 + y^2 - minor^2, which it is a positive multiple of: expanded
 //! coefficients would cancel by the square of the major radius over the minor one.
 //!

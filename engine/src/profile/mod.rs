@@ -8,9 +8,11 @@
 //! [`Profile`] is written in [`FrameSet::Report`] and holds that same frame: every system up to and with
 //! the one that writes it.
 
+mod error;
 mod history;
 mod layer;
 
+pub use error::PictureError;
 pub use history::{FrameHistory, HISTORY_FRAMES, percentile_of_sorted};
 pub use layer::{SystemSpans, install};
 

@@ -27,7 +27,6 @@
 
 mod choose;
 pub mod cpu;
-mod error;
 pub mod gpu;
 mod hierarchy;
 mod pack;
@@ -37,7 +36,6 @@ pub mod reference;
 mod systems;
 
 pub use choose::{BackendChoice, open_tracer};
-pub use error::PictureError;
 pub use hierarchy::{Form, Hierarchy, Level, Owner, Volume};
 pub use pack::PackedScene;
 pub use picture::Picture;

@@ -5,8 +5,9 @@ use std::time::{Duration, Instant};
 use glam::UVec2;
 use orrery_engine::Engine;
 use orrery_engine::frame::TraceSettings;
+use orrery_engine::profile::PictureError;
 use orrery_engine::trace::gpu::{AdapterChoice, Gpu};
-use orrery_engine::trace::{ActiveTracer, Counters, Picture, PictureError};
+use orrery_engine::trace::{ActiveTracer, Counters, Picture};
 
 use super::dump;
 use super::report::{Better, Report, Row};

@@ -13,6 +13,10 @@ use crate::trace::{Counters, PackedScene};
 /// Below this cosine a light does not count (the model's own bound).
 const LEAST_COSINE: f32 = 1e-10;
 
+/// Four ulps: surfaces of one instance that lie no farther apart on a ray are the two sides of an edge, which both count
+/// the edge as theirs, and are crossed once.
+const ONE_CROSSING: f32 = 1.0 + 4.0 * f32::EPSILON;
+
 /// Emission, and what every light adds, seen along `dir`.
 pub fn local_light(
     scene: &PackedScene,
@@ -140,7 +144,11 @@ fn shadow(
         if material.flags & MATERIAL_TRANSMITS == 0 {
             return Vec3::ZERO;
         }
-        passed *= Vec3::from(material.color) * material.filtered + material.transmit;
+        let (last, here) = (probe.after, found.key);
+        let is_same_edge = here.id == last.id && here.t <= last.t * ONE_CROSSING;
+        if !is_same_edge {
+            passed *= Vec3::from(material.color) * material.filtered + material.transmit;
+        }
         probe.after = found.key;
     }
     passed

@@ -4,7 +4,8 @@ use std::time::{Duration, Instant};
 
 use glam::{UVec2, Vec3};
 use orrery_engine::frame::TraceSettings;
-use orrery_engine::trace::{Picture, PictureError, Tracer};
+use orrery_engine::profile::PictureError;
+use orrery_engine::trace::{Picture, Tracer};
 
 use super::classes::Class;
 use super::knobs::{Knob, Panel};

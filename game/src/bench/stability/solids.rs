@@ -162,9 +162,11 @@ mod tests {
                     *edges.entry((from, to)).or_insert(0) += 1;
                 }
                 let [a, b, c] = [a, b, c].map(|v| solid.points[v as usize]);
-                let normal = (b - a).cross(c - a).normalize();
-                let distance = normal.dot(a);
-                assert!(distance > solid.core, "{}: {distance}", solid.name);
+                for (i, j) in (0..=20).flat_map(|i| (0..=20 - i).map(move |j| (i, j))) {
+                    let at = a + (b - a) * (f64::from(i) / 20.0) + (c - a) * (f64::from(j) / 20.0);
+                    let distance = at.length();
+                    assert!(distance > solid.core * 1.1, "{}: {distance}", solid.name);
+                }
             }
             let twins = edges.keys().all(|&(a, b)| edges.get(&(b, a)) == Some(&1));
             assert!(twins, "{} has a rim", solid.name);

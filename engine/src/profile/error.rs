@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 
-use super::Picture;
-use crate::profile::percentile_of_sorted;
+use super::percentile_of_sorted;
+use crate::trace::Picture;
 
 /// Distance between two pictures of one size, as a display would show them: clipped to [0, 1], linear light.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
