@@ -83,8 +83,8 @@ fn sphere_height(sphere: SphereFrame, near: vec3f) -> SphereHeight {
     let distance = max(length(from_center), 1.17549435e-38);
     let normal = from_center / distance;
     let span = distance + sphere.radius;
-    // Twice gamma(6) of the power's sums, and twice gamma(1) of the point relative to the base.
+    // The twin's bound, doubled: what it takes from f64 is rounded here.
     let products = dot(abs(from_base), abs(from_center) + abs(sphere.center));
-    let error = 7.1525596e-7 * products / span + 1.19209304e-7 * dot(abs(normal), abs(from_base));
+    let error = 1.4305119e-6 * products / span + 2.3841858e-7 * dot(abs(normal), abs(from_base));
     return SphereHeight(power_of(sphere, from_base, from_center) / span, error, normal);
 }

@@ -30,9 +30,9 @@
 #import orrery::torus::hit_torus
 #endif
 
-// 1 + 2^-10: a box may begin so far behind the best hit and still hold a nearer one. The t of a triangle that a ray grazes
+// 1 + 2^-13: a box may begin so far behind the best hit and still hold a nearer one. The t of a triangle that a ray grazes
 // errs by hundreds of ulps here, as it does not on the CPU, and no answer may depend on which box came first.
-const REACH: f32 = 1.00097656;
+const REACH: f32 = 1.00012207;
 // 2^-20: what a ray's origin errs by, of its size, in the space of the instance tree's boxes or of an instance.
 const ORIGIN_SLACK: f32 = 9.5367432e-7;
 

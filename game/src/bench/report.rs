@@ -225,10 +225,10 @@ impl Report {
         }
     }
 
-    /// Rows that are not as they should be.
-    pub fn missed(&self) -> usize {
-        let missed = self.rows.iter().filter(|row| row.met == Some(false));
-        missed.count()
+    /// Rows that are not as they should be, of those whose name says that they must.
+    pub fn missed(&self, must: fn(&str) -> bool) -> usize {
+        let missed = |row: &&Row| row.met == Some(false) && must(&row.name);
+        self.rows.iter().filter(missed).count()
     }
 
     /// Writes the rows as JSON.
