@@ -197,7 +197,7 @@ pub struct Common {
     #[arg(long, global = true, value_name = "CONTRAST", num_args = 0..=1, require_equals = true, default_missing_value = "0.1", value_parser = contrast)]
     pub adaptive: Option<f32>,
     /// Leave out reflected and refracted rays too faint to matter: the largest error that this may cause in a
-    /// pixel, in linear light; 0 leaves out none.
+    /// pixel, in linear light; 0 leaves out none. First samples of adaptive pictures leave out none.
     #[arg(long, global = true, value_name = "E", default_value_t = 0.0, value_parser = cutoff)]
     pub cutoff: f32,
     /// Playing and rendering: write when every system and pass of every frame ran, and for how long, as

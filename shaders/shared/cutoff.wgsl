@@ -12,9 +12,11 @@ const LEAST_PAYMENT: f32 = 3.814697265625e-6;
 // What this camera ray may still leave out.
 var<private> purse: f32;
 
-// For a new camera ray.
-fn fill_purse() {
-    purse = view.cutoff;
+// For the camera ray of a pixel's sample of this number. First samples of adaptive pictures leave out nothing: which
+// pixels take more must not depend on what is left out.
+fn fill_purse(index: u32) {
+    let finds_edges = index == 0u && view.edge_contrast > 0.0;
+    purse = select(view.cutoff, 0.0, finds_edges);
 }
 
 // Pays for leaving out a ray that costs so much, if it can. What costs nothing is not bought.

@@ -15,7 +15,7 @@
 #endif
 #ifdef CUTOFF
 #import orrery::counters::dropped_rays
-#import orrery::cutoff::{buys, fill_purse, most_added}
+#import orrery::cutoff::{buys, most_added}
 #endif
 #ifdef TRANSMISSION
 #import orrery::counters::{media_overflows, refracted_rays, straight_overflows}
@@ -61,11 +61,8 @@ fn camera_travel(origin: vec3f, dir: vec3f) -> Travel {
     return ray;
 }
 
-// Linear RGB seen along a camera ray.
+// Linear RGB seen along a camera ray, less at most what the purse holds.
 fn radiance(camera_ray: Travel) -> vec3f {
-#ifdef CUTOFF
-    fill_purse();
-#endif
     var sum = vec3f(0.0);
     var ray = camera_ray;
 #ifdef DEFERS

@@ -6,10 +6,16 @@
 #import orrery::types::{PROJECTION_PERSPECTIVE, SAMPLE_COLUMN_A, SAMPLE_COLUMN_B, SAMPLE_COLUMN_C, SAMPLE_COLUMN_D, SAMPLE_COLUMN_E, SAMPLE_COLUMN_F, SAMPLE_COLUMN_G, SAMPLE_COLUMN_H, SAMPLE_FIRST_CELL}
 #import orrery::scene::view
 #import orrery::path::{Travel, camera_travel, radiance}
+#ifdef CUTOFF
+#import orrery::cutoff::fill_purse
+#endif
 
 // The light of a pixel's sample of this number. A kernel takes one: in a loop over several, invocations that are done with
 // theirs do not wait for each other, and what they trace side by side no longer lies side by side.
 fn light_of_sample(x: u32, y: u32, index: u32) -> vec3f {
+#ifdef CUTOFF
+    fill_purse(index);
+#endif
     let at = vec2f(f32(x), f32(y)) + sample_offset(index);
     return radiance(camera_ray(at.x, at.y));
 }

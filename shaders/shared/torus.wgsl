@@ -16,6 +16,8 @@ const CRITICAL_ACCURACY: f32 = 1e-3;
 const ROOT_STEPS: u32 = 24u;
 // The same for a root. Less would wait for rounding to agree with itself.
 const ROOT_ACCURACY: f32 = 1e-6;
+// How far from where it starts a ray inside comes out, at least, in about: well ahead of what a root errs by.
+const LEAST_EXIT: f32 = 4e-6;
 // No root: before every ray.
 const NO_ROOT: f32 = -3e38;
 
@@ -53,7 +55,10 @@ fn hit_torus(origin: vec3f, dir: vec3f, minor: f32, starts_on: bool) -> vec4f {
     } else {
         roots = all_roots(line);
     }
-    return select((middle + roots) * inverse_length, vec4f(NO_ROOT), roots == vec4f(NO_ROOT));
+    // NO_ROOT times a length would leave f32.
+    let is_missed = roots == vec4f(NO_ROOT);
+    let places = select(roots, vec4f(0.0), is_missed);
+    return select((middle + places) * inverse_length, vec4f(NO_ROOT), is_missed);
 }
 
 // The roots of a line that is at its closest approach to the centre at s = 0.
@@ -97,8 +102,11 @@ fn onward_roots(line: Line) -> vec4f {
     let a = 4.0 * approach;
     let b = 4.0 * (approach * approach + from_axis - level);
     let rise = 8.0 * ((from_axis - 1.0) * outward + from_axis * o.y * d.y);
-    // A ray that starts outside rises at first; of a grazing one, this may be rounding alone.
-    let c = select(rise, max(rise, 0.0), excess(line, 0.0).value > 0.0);
+    // A ray that starts outside rises at first, one that starts inside falls, and comes out a little ahead at least: of a
+    // grazing one, this may be rounding alone, and a rise at the start would lose the root where it comes out.
+    let start = excess(line, 0.0).value;
+    let falling = min(rise, -LEAST_EXIT * (max(b, 0.0) + LEAST_EXIT));
+    let c = select(select(rise, max(rise, 0.0), start > 0.0), falling, start < 0.0);
     // Near the start the cubic is the more accurate, far from it the surface.
     let onward = Curve(line, vec4f(1.0, a, b, c), line.minor);
     let end = 2.02 * (1.0 + line.minor);

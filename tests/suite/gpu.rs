@@ -327,3 +327,25 @@ fn passes_are_timed_by_the_device() {
     let whitted = times.iter().find(|pass| pass.name == "whitted");
     assert!(whitted.is_some_and(|pass| pass.millis > 0.0), "{times:?}");
 }
+
+#[test]
+fn a_ray_without_a_second_is_a_miss() {
+    let scene = random_scene(3, 60);
+    let mut random = Random::new(9);
+    let rays: Vec<Ray> = (0..5)
+        .map(|_| ray(DVec3::ZERO, -DVec3::Z + random.cube() * 0.1))
+        .collect();
+    let mut gpu = tracer();
+    // What an earlier batch has left behind must not show.
+    let earlier = ask(&mut gpu, &scene, &rays, Query::Closest);
+    assert!(earlier[4].instance != u32::MAX, "the last ray hits");
+    for count in [1, 3, 5] {
+        let found = gpu
+            .intersect(&rays[..count], Query::Leave)
+            .expect("answers");
+        let expected = ask(&mut CpuTracer::new(), &scene, &rays[..count], Query::Leave);
+        let who = |hits: &[Hit]| hits.iter().map(|hit| hit.instance).collect::<Vec<_>>();
+        assert_eq!(who(&found), who(&expected), "of {count}");
+        assert_eq!(found.last(), Some(&Hit::MISS), "of {count}");
+    }
+}

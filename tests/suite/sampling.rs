@@ -2,6 +2,7 @@
 
 use glam::UVec2;
 use orrery_engine::frame::{FrameScene, TraceSettings};
+use orrery_engine::profile::PictureError;
 use orrery_engine::trace::cpu::CpuTracer;
 use orrery_engine::trace::reference::ReferenceTracer;
 use orrery_engine::trace::{Picture, Tracer};
@@ -15,16 +16,8 @@ fn settings(width: u32, height: u32) -> TraceSettings {
     }
 }
 
-/// mean((I - R)^2 / (R^2 + 0.01)).
 fn relative_mse(picture: &Picture, reference: &Picture) -> f64 {
-    let pairs = picture.pixels.iter().zip(&reference.pixels);
-    let sum: f64 = pairs
-        .map(|(p, r)| {
-            let (p, r) = (p.as_dvec3(), r.as_dvec3());
-            ((p - r) * (p - r) / (r * r + 0.01)).element_sum()
-        })
-        .sum();
-    sum / (3.0 * picture.pixels.len() as f64)
+    PictureError::of(picture, reference).relative_mse
 }
 
 fn largest_difference(a: &Picture, b: &Picture) -> f32 {
@@ -68,6 +61,41 @@ fn what_is_left_out_of_a_pixel_stays_below_the_cutoff() {
                 dropped += left_out;
                 if power == 1 {
                     assert!(left_out > 0, "seed {seed} on {backend}: none");
+                }
+            }
+        }
+    }
+    assert!(dropped > 1000, "{dropped} rays in all");
+}
+
+/// Where first samples decide which pixels take more, what is left out must not.
+#[test]
+fn what_is_left_out_of_an_adaptive_pictures_pixel_stays_below_the_cutoff() {
+    let mut dropped = 0;
+    for seed in 0..6 {
+        let mut scene = random_scene(seed, 30);
+        scene.max_generations = 10;
+        let count = if seed < 2 { 2 } else { 1 };
+        for mut tracer in tracers().into_iter().take(count) {
+            let backend = tracer.backend();
+            for contrast in [0.02, 0.1] {
+                let all = TraceSettings {
+                    samples: 4,
+                    adaptive: Some(contrast),
+                    ..settings(40, 30)
+                };
+                let whole = picture(tracer.as_mut(), &scene, &all).unwrap();
+                let edges = tracer.counters().edge_pixels;
+                for power in 1..=5 {
+                    let cutoff = 0.1_f32.powi(power);
+                    let some = TraceSettings { cutoff, ..all };
+                    let cut = picture(tracer.as_mut(), &scene, &some).unwrap();
+                    let counters = tracer.counters();
+                    dropped += counters.dropped_rays;
+                    let story = format!("seed {seed} on {backend}, contrast {contrast}");
+                    assert_eq!(counters.edge_pixels, edges, "{story}: other edges");
+                    let error = largest_difference(&cut, &whole);
+                    assert!(error <= cutoff + 2e-6, "{story}: {error} for {cutoff}");
                 }
             }
         }

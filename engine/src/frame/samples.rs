@@ -29,6 +29,7 @@ pub fn sample_offset(index: u32) -> [f32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::testing::Random;
 
     #[test]
     fn every_box_of_every_division_has_one_of_the_first_samples() {
@@ -62,17 +63,13 @@ mod tests {
     /// Straight edges through a pixel at random: the mean of samples against the area to one side.
     #[test]
     fn samples_measure_edges_better_the_more_they_are() {
-        let mut state = 7_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            f64::from(state >> 8) / f64::from(1 << 24)
-        };
+        let mut random = Random::new(7);
         let counts = [1, 4, 16, 64, 256];
         let mut errors = [0.0; 5];
         for _ in 0..2000 {
-            let (sin, cos) = (random() * std::f64::consts::TAU).sin_cos();
+            let (sin, cos) = (random.unit() * std::f64::consts::TAU).sin_cos();
             let (a, b) = (cos.abs(), sin.abs());
-            let along = random() * (a + b);
+            let along = random.unit() * (a + b);
             let part = |s: f64| s.max(0.0).powi(2);
             let both = part(along) - part(along - a) - part(along - b) + part(along - a - b);
             let area = both / (2.0 * a * b).max(1e-12);

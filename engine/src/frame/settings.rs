@@ -25,7 +25,8 @@ pub struct TraceSettings {
     /// The arithmetic of the f32 tracers; the robust forms unless something is measured against them.
     pub kernels: Kernels,
     /// Largest error that leaving out reflected and refracted rays may cause in a pixel, in linear light,
-    /// a channel; higher is faster. 0 leaves out nothing. The f64 reference never leaves out any.
+    /// a channel; higher is faster. 0 leaves out nothing. First samples of adaptive pictures leave out nothing, so that the
+    /// same pixels take more; nor does the f64 reference. (Besides, sums round otherwise where terms are missing.)
     pub cutoff: f32,
 }
 

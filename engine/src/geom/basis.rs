@@ -18,16 +18,13 @@ pub fn out_of_frame(n: Vec3, v: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::testing::Random;
 
     #[test]
     fn the_frame_is_orthonormal_all_around() {
-        let mut state = 5_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / 16_777_216.0 * 2.0 - 1.0
-        };
+        let mut random = Random::new(5);
         for _ in 0..10_000 {
-            let n = Vec3::new(random(), random(), random()).normalize_or(Vec3::NEG_Z);
+            let n = random.direction().as_vec3().normalize();
             let axes = Vec3::AXES.map(|axis| out_of_frame(n, axis));
             assert_eq!(axes[2], n);
             for (i, j) in [(0, 1), (1, 2), (2, 0)] {

@@ -25,6 +25,8 @@ const CRITICAL_ACCURACY: f32 = 1e-3;
 const ROOT_STEPS: u32 = 24;
 /// The same for a root. Less would wait for rounding to agree with itself.
 const ROOT_ACCURACY: f32 = 1e-6;
+/// How far from where it starts a ray inside comes out, at least, in about: well ahead of what a root errs by.
+const LEAST_EXIT: f32 = 4e-6;
 
 /// All distances to the torus in lengths of `dir`, nearest first; one `starts_on` it leaves out where it starts.
 pub fn intersect_torus(origin: Vec3, dir: Vec3, minor: f32, starts_on: bool) -> [Option<f32>; 4] {
@@ -129,9 +131,13 @@ impl Line {
         let a = 4.0 * approach;
         let b = 4.0 * (approach * approach + from_axis - level);
         let c = 8.0 * ((from_axis - 1.0) * outward + from_axis * o.y * d.y);
-        // A ray that starts outside rises at first; of a grazing one, c may be rounding alone.
-        let c = if self.excess(0.0).0 > 0.0 {
+        // A ray that starts outside rises at first, one that starts inside falls, and comes out a little ahead at least: of a
+        // grazing one, c may be rounding alone, and a rise at the start would lose the root where it comes out.
+        let start = self.excess(0.0).0;
+        let c = if start > 0.0 {
             c.max(0.0)
+        } else if start < 0.0 {
+            c.min(-LEAST_EXIT * (b.max(0.0) + LEAST_EXIT))
         } else {
             c
         };
@@ -198,4 +204,54 @@ fn root_between(
         };
     }
     Some(s)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::gamma;
+    use crate::geom::testing::Random;
+
+    #[test]
+    fn every_ray_that_enters_leaves() {
+        let mut random = Random::new(31);
+        let mut lost = Vec::new();
+        for number in 0..1_000_000 {
+            let minor = 10_f64.powf(random.range(-2.0, -0.02));
+            let turn = random.range(0.0, std::f64::consts::TAU);
+            let tube = random.range(0.0, std::f64::consts::TAU);
+            let across = 1.0 + minor * tube.cos();
+            let near =
+                glam::DVec3::new(across * turn.cos(), minor * tube.sin(), across * turn.sin());
+            let minor = minor as f32;
+            let SolidPoint {
+                at,
+                normal,
+                roundings,
+            } = torus_point(near.as_vec3(), minor);
+            // Most of them graze, by less than rounding tells.
+            let flat = random.direction().as_vec3().reject_from_normalized(normal);
+            let steepness = match number % 4 {
+                0 => random.unit(),
+                _ => 10_f64.powf(random.range(-10.0, -2.0)),
+            };
+            let dir = flat.normalize_or(normal) - normal * steepness as f32;
+            if normal.dot(dir) >= 0.0 {
+                continue;
+            }
+            // As far inside as tracers step.
+            let error = normal.abs().dot(roundings) * gamma(5);
+            let origin = at - normal * (error + normal.abs().dot(at.abs()) * gamma(1));
+            let roots = intersect_torus(origin, dir, minor, true);
+            if !roots.iter().flatten().any(|t| *t > 0.0) {
+                lost.push((minor, origin, dir));
+            }
+        }
+        assert!(
+            lost.is_empty(),
+            "{} stay inside, as {:?}",
+            lost.len(),
+            lost[0]
+        );
+    }
 }

@@ -101,6 +101,7 @@ impl Shear {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::testing::Random;
 
     const CORNERS: [Vec3; 3] = [Vec3::ZERO, Vec3::X, Vec3::Y];
 
@@ -135,12 +136,8 @@ mod tests {
 
     #[test]
     fn a_ray_at_a_shared_edge_hits_one_of_the_two_triangles() {
-        let mut state = 7_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / 16_777_216.0 * 2.0 - 1.0
-        };
-        let mut point = || Vec3::new(random(), random(), random());
+        let mut random = Random::new(7);
+        let mut point = || random.cube().as_vec3();
         let mut tried = 0;
         while tried < 100_000 {
             let (a, b) = (point(), point());

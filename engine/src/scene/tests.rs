@@ -2,6 +2,7 @@
 
 use super::*;
 
+mod components;
 mod hostile;
 mod manual;
 mod meshes;

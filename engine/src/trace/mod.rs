@@ -302,4 +302,8 @@ pub trait Tracer: Send + Sync {
 
     /// Times of the last picture's passes, in order. On a GPU: of the last picture that has come back.
     fn pass_times(&self) -> Vec<PassTime>;
+
+    /// Whether the times of rays among these are new in this frame and those of a picture from its start: not of a sample
+    /// that refined one, not of a frame that rested.
+    fn has_timed_whole(&self) -> bool;
 }

@@ -57,6 +57,12 @@ impl Progress {
         }
     }
 
+    /// Takes note that the picture is lost: the next one is traced from the start, whether anything changed or not.
+    pub fn lose(&mut self) {
+        self.has_changed = true;
+        self.taken = 0;
+    }
+
     /// Samples that every pixel of the picture has.
     pub fn samples(&self) -> u32 {
         self.taken
@@ -107,6 +113,29 @@ mod tests {
                 (Due::Nothing, 4),
             ];
             assert_eq!(seen, expected);
+        }
+    }
+
+    #[test]
+    fn a_picture_that_is_lost_is_due_from_the_start() {
+        let view = ViewRow {
+            samples: 2,
+            ..Default::default()
+        };
+        for refine_to in [0, 4] {
+            let settings = TraceSettings {
+                samples: 2,
+                refine_to,
+                ..Default::default()
+            };
+            let mut progress = Progress::default();
+            progress.note(true, &settings);
+            progress.done(Due::Picture, &view);
+            progress.note(false, &settings);
+            assert_ne!(progress.due(), Due::Picture);
+            progress.lose();
+            progress.note(false, &settings);
+            assert_eq!((progress.due(), progress.samples()), (Due::Picture, 0));
         }
     }
 }

@@ -12,7 +12,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use super::commands::{Requests, screenshot_path};
-use super::resolution::Resolution;
+use super::resolution::{Resolution, whole_picture_millis};
 use super::router::{self, Router};
 use super::title::{Title, words};
 use super::{WindowError, WindowOptions};
@@ -225,12 +225,8 @@ impl<'a> WindowApp<'a> {
         }
         let tracer = world.resource::<ActiveTracer>().0.as_ref();
         let samples = tracer.map_or(1, |tracer| tracer.samples());
-        let traced_millis = tracer.map(|tracer| {
-            let passes = tracer.pass_times();
-            passes.iter().map(|pass| pass.millis).sum::<f64>()
-        });
-        if !shot {
-            open.resolution.observe(traced_millis.unwrap_or(0.0));
+        if let Some(tracer) = tracer.filter(|_| !shot) {
+            open.resolution.observe(whole_picture_millis(&**tracer));
         }
         let (scale, size) = (open.resolution.scale(), inner_size(&open.window));
         let (scene, device) = (&self.options.title, &open.device);

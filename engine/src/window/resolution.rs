@@ -2,22 +2,33 @@
 
 use glam::UVec2;
 
+use crate::trace::Tracer;
+
 /// Scales that are tried: few, so that the size does not flicker.
 const STEPS: [f64; 6] = [0.25, 0.375, 0.5, 0.625, 0.75, 1.0];
 /// Above this a picture takes too long to fly through.
 const TOO_SLOW_MILLIS: f64 = 90.0;
 /// At the next larger size a picture must stay below this.
 const FLUID_MILLIS: f64 = 45.0;
-/// Pictures to look at before a change, so that one slow frame changes nothing.
+/// Frames to look at before a change, so that one slow one of many changes nothing.
 const PATIENCE: u32 = 8;
+
+/// What a picture from its start took, if the frame has measured one.
+pub fn whole_picture_millis(tracer: &dyn Tracer) -> Option<f64> {
+    let millis = || tracer.pass_times().iter().map(|pass| pass.millis).sum();
+    tracer.has_timed_whole().then(millis)
+}
 
 /// The scale of the traced picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Resolution {
     scale: f64,
     fixed: bool,
+    /// Of the pictures seen, in all.
     millis: f64,
     seen: u32,
+    /// Since the last decision.
+    frames: u32,
 }
 
 impl Resolution {
@@ -28,6 +39,7 @@ impl Resolution {
             fixed: chosen.is_some(),
             millis: 0.0,
             seen: 0,
+            frames: 0,
         }
     }
 
@@ -44,19 +56,24 @@ impl Resolution {
             .max(UVec2::ONE)
     }
 
-    /// Takes note of what the last picture took.
-    pub fn observe(&mut self, millis: f64) {
-        if self.fixed || millis <= 0.0 {
+    /// Takes note of a frame, and of what a picture took that was traced from its start: another scale costs that
+    /// much again. A frame that refines a picture or rests says nothing of it.
+    pub fn observe(&mut self, whole_picture_millis: Option<f64>) {
+        if self.fixed {
             return;
         }
-        self.millis += millis;
-        self.seen += 1;
+        if let Some(millis) = whole_picture_millis.filter(|millis| *millis > 0.0) {
+            self.millis += millis;
+            self.seen += 1;
+        }
+        self.frames += 1;
         // A very slow picture is not waited for eight times.
-        if self.seen < PATIENCE && self.millis < 4.0 * TOO_SLOW_MILLIS {
+        let waits = self.frames < PATIENCE && self.millis < 4.0 * TOO_SLOW_MILLIS;
+        if self.seen == 0 || waits {
             return;
         }
         self.scale = next_scale(self.scale, self.millis / f64::from(self.seen));
-        (self.millis, self.seen) = (0.0, 0);
+        (self.millis, self.seen, self.frames) = (0.0, 0, 0);
     }
 }
 
@@ -80,13 +97,15 @@ fn next_scale(scale: f64, millis: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::frame::{FrameScene, TraceSettings};
+    use crate::trace::cpu::CpuTracer;
 
     /// Scales over time of a tracer whose full picture takes `full` milliseconds.
     fn settle(full: f64, start: f64) -> Vec<f64> {
         let mut resolution = Resolution::new(None, start);
         (0..400)
             .map(|_| {
-                resolution.observe(full * resolution.scale().powi(2));
+                resolution.observe(Some(full * resolution.scale().powi(2)));
                 resolution.scale()
             })
             .collect()
@@ -113,11 +132,51 @@ mod tests {
         }
     }
 
+    /// Frames of a still scene: after a picture from the start, refinement and rest cost next to nothing.
+    #[test]
+    fn frames_that_cost_nothing_do_not_change_the_size_again_and_again() {
+        for full in [10.0, 100.0, 1000.0] {
+            let mut resolution = Resolution::new(None, 0.5);
+            let (mut restarts, mut traced) = (0, None);
+            for _ in 0..400 {
+                let scale = resolution.scale();
+                let is_new = traced.replace(scale) != Some(scale);
+                restarts += u32::from(is_new);
+                resolution.observe(is_new.then_some(full * scale.powi(2)));
+            }
+            assert!(restarts <= 4, "{full} ms: {restarts} pictures");
+            let scale = resolution.scale();
+            assert!(
+                full * scale * scale <= TOO_SLOW_MILLIS,
+                "{full} ms: {scale}"
+            );
+        }
+    }
+
+    #[test]
+    fn only_pictures_from_the_start_are_measured() {
+        let scene = FrameScene::default();
+        let settings = TraceSettings {
+            size: UVec2::splat(8),
+            refine_to: 4,
+            ..Default::default()
+        };
+        let mut tracer = CpuTracer::new();
+        let mut measured = [false; 8];
+        for frame in &mut measured {
+            tracer.refit(&scene).unwrap();
+            tracer.upload(&scene, &settings).unwrap();
+            tracer.render().unwrap();
+            *frame = whole_picture_millis(&tracer).is_some();
+        }
+        assert_eq!(measured, [0, 1, 2, 3, 4, 5, 6, 7].map(|frame| frame == 0));
+    }
+
     #[test]
     fn a_chosen_scale_is_kept() {
         let mut resolution = Resolution::new(Some(0.8), 0.5);
         for _ in 0..50 {
-            resolution.observe(5000.0);
+            resolution.observe(Some(5000.0));
         }
         assert_eq!(
             resolution.traced(UVec2::new(1000, 501)),

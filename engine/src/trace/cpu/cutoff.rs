@@ -5,12 +5,15 @@
 //! reflected or refracted ray brings back at most its weight times the bound of its generation
 //! ([`crate::frame::wire::ViewRow::bounds`]): where the purse holds that much, the ray is not followed and the
 //! purse pays. What is left out of a sample is therefore at most the purse, and of a pixel, the mean of samples, too.
+//! An adaptive picture takes its further samples where first samples differ: those have empty purses, so that the same
+//! pixels take them, or a pixel could change by as much as those samples are worth.
 //!
 //! Twin of `shaders/shared/cutoff.wgsl`. Called by `path.rs` at every surface that scatters.
 
 use glam::Vec3;
 
 use crate::frame::wire::ViewRow;
+use crate::trace::progress::is_adaptive;
 
 /// Least payment, as a share of what the purse holds: more than its last digits, so that no payment is lost in rounding.
 const LEAST_PAYMENT: f32 = 1.0 / (1 << 18) as f32;
@@ -22,9 +25,13 @@ pub struct Purse {
 }
 
 impl Purse {
-    /// For a new camera ray.
-    pub fn full(view: &ViewRow) -> Self {
-        Self { left: view.cutoff }
+    /// For the camera ray of a pixel's sample of this number. First samples of adaptive pictures leave out nothing: which
+    /// pixels take more must not depend on what is left out.
+    pub fn of_sample(view: &ViewRow, index: u32) -> Self {
+        let finds_edges = index == 0 && is_adaptive(view);
+        Self {
+            left: if finds_edges { 0.0 } else { view.cutoff },
+        }
     }
 
     /// Whether anything may be left out.
@@ -55,20 +62,17 @@ pub fn most_added(view: &ViewRow, weight: Vec3, generation: u32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::geom::testing::Random;
 
     #[test]
     fn a_purse_pays_no_more_than_it_held() {
-        let mut state = 3_u32;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / (1 << 24) as f32
-        };
+        let mut random = Random::new(3);
         for most in [1.0_f32, 1e-3, 1e-9] {
             let mut purse = Purse { left: most };
             let mut left_out = 0.0;
             for _ in 0..3_000_000 {
                 // Down to far below the purse's last digit.
-                let cost = most * 10_f32.powf(-10.0 * random());
+                let cost = most * 10_f32.powf(random.range(-10.0, 0.0) as f32);
                 if purse.buys(cost) {
                     left_out += f64::from(cost);
                 }

@@ -40,6 +40,8 @@ pub struct CpuTracer {
     packed: PackedScene,
     canvas: Option<Canvas>,
     progress: Progress,
+    /// The last frame traced a picture from its start.
+    has_timed_whole: bool,
     /// Bytes of rows written for this frame.
     bytes_written: u64,
     counters: Counters,
@@ -104,6 +106,7 @@ impl Tracer for CpuTracer {
             let nanos = start.elapsed().as_secs_f64() * 1e9;
             self.packed.instances.note_trace_time(nanos);
         }
+        self.has_timed_whole = due == Due::Picture;
         self.progress.done(due, &self.packed.view);
         self.counters = self.counters + self.work_done();
         Ok(())
@@ -146,6 +149,10 @@ impl Tracer for CpuTracer {
 
     fn pass_times(&self) -> Vec<PassTime> {
         self.passes.clone()
+    }
+
+    fn has_timed_whole(&self) -> bool {
+        self.has_timed_whole
     }
 }
 

@@ -54,12 +54,17 @@ pub struct Scratch {
     pub counters: Counters,
 }
 
-/// Linear RGB seen along a camera ray.
-pub fn radiance(scene: &PackedScene, camera_ray: Travel, scratch: &mut Scratch) -> Vec3 {
+/// Linear RGB seen along a camera ray, less at most what the purse holds.
+pub fn radiance(
+    scene: &PackedScene,
+    camera_ray: Travel,
+    purse: Purse,
+    scratch: &mut Scratch,
+) -> Vec3 {
     let mut sum = Vec3::ZERO;
     scratch.counters.primary_rays += 1;
     scratch.deferred.clear();
-    scratch.purse = Purse::full(&scene.view);
+    scratch.purse = purse;
     let mut next = Some(camera_ray);
     while let Some(ray) = next.take().or_else(|| scratch.deferred.pop()) {
         let probe = Probe {

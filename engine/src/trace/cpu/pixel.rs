@@ -4,6 +4,7 @@
 
 use glam::Vec3;
 
+use super::cutoff::Purse;
 use super::path::{Scratch, Travel, radiance};
 use crate::frame::sample_offset;
 use crate::frame::wire::{PROJECTION_PERSPECTIVE, ViewRow};
@@ -20,7 +21,8 @@ pub fn sum_of_samples(
     for index in samples {
         let [right, down] = sample_offset(index);
         let ray = camera_ray(&scene.view, x as f32 + right, y as f32 + down);
-        sum += radiance(scene, ray, scratch);
+        let purse = Purse::of_sample(&scene.view, index);
+        sum += radiance(scene, ray, purse, scratch);
     }
     sum
 }

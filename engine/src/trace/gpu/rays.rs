@@ -122,6 +122,13 @@ impl GpuTracer {
         if let Some(last) = sent {
             self.receive(last, query, &mut hits)?;
         }
+        if query == Query::Leave
+            && rays.len() % 2 == 1
+            && let Some(alone) = hits.last_mut()
+        {
+            // No invocation answers it: what came back is of an earlier batch.
+            *alone = Hit::MISS;
+        }
         Ok(hits)
     }
 

@@ -10,7 +10,7 @@ use super::buffers::create;
 use super::context::Gpu;
 
 /// Answers under way at once: frames in flight, and one to spare.
-const SLOTS: usize = 4;
+pub const SLOTS: usize = 4;
 
 const FREE: u8 = 0;
 const PENDING: u8 = 1;

@@ -7,7 +7,7 @@ use bytemuck::pod_read_unaligned;
 
 use super::buffers::create;
 use super::context::Gpu;
-use super::readback::Readback;
+use super::readback::{Readback, SLOTS};
 use crate::frame::wire::CounterRow;
 
 const ENTRY: u64 = size_of::<u32>() as u64;
@@ -29,6 +29,8 @@ pub struct Report {
     pub millis: Option<f64>,
     /// Milliseconds of the passes for edges after that; none: there were none.
     pub edges_millis: Option<f64>,
+    /// It was traced from its start; otherwise a sample that refined it.
+    pub is_whole: bool,
 }
 
 /// What of a picture is over.
@@ -57,6 +59,8 @@ pub struct Reports {
     queries: Option<wgpu::QuerySet>,
     resolved: wgpu::Buffer,
     readback: Readback,
+    /// Of each report under way.
+    is_whole: [bool; SLOTS],
 }
 
 impl Reports {
@@ -84,6 +88,7 @@ impl Reports {
                 TIMESTAMPS,
             ),
             readback: Readback::new(gpu, "report", COUNTERS + TIMESTAMPS),
+            is_whole: [true; SLOTS],
         }
     }
 
@@ -132,6 +137,11 @@ impl Reports {
         Some(index)
     }
 
+    /// Says of a recorded report whether it is of a picture from its start; before [`Reports::request`].
+    pub fn mark(&mut self, index: usize, is_whole: bool) {
+        self.is_whole[index] = is_whole;
+    }
+
     /// Asks for a recorded and submitted report.
     pub fn request(&self, index: usize) {
         self.readback.request(index);
@@ -145,8 +155,8 @@ impl Reports {
     /// The newest report that has come back since the last call.
     pub fn collect(&mut self, gpu: &Gpu) -> Option<Report> {
         let mut newest: Option<(u64, Report)> = None;
-        self.readback.collect(|_, bytes| {
-            let (end, report) = self.parse(gpu, bytes);
+        self.readback.collect(|index, bytes| {
+            let (end, report) = self.parse(gpu, bytes, self.is_whole[index]);
             if newest.is_none_or(|(before, _)| end >= before) {
                 newest = Some((end, report));
             }
@@ -154,7 +164,7 @@ impl Reports {
         newest.map(|(_, report)| report)
     }
 
-    fn parse(&self, gpu: &Gpu, bytes: &[u8]) -> (u64, Report) {
+    fn parse(&self, gpu: &Gpu, bytes: &[u8], is_whole: bool) -> (u64, Report) {
         let (counters, times) = bytes.split_at(COUNTERS as usize);
         let [first, there, edges]: [u64; QUERIES as usize] = pod_read_unaligned(times);
         let tick = f64::from(gpu.queue.get_timestamp_period()) * 1e-6;
@@ -163,6 +173,7 @@ impl Reports {
             counters: pod_read_unaligned(counters),
             millis: self.queries.is_some().then_some(millis(first, there)),
             edges_millis: (edges > there).then_some(millis(there, edges)),
+            is_whole,
         };
         (there, report)
     }

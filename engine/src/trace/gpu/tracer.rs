@@ -13,6 +13,7 @@ use super::report::{COUNTERS, Ends, Reports};
 use super::shader::{Kernel, Specialisation};
 use super::trees::{DeviceTrees, Plan};
 use super::upload::SceneOnDevice;
+use crate::frame::wire::ViewRow;
 use crate::frame::{FrameScene, TraceSettings};
 use crate::trace::progress::{Due, Progress};
 use crate::trace::{
@@ -38,6 +39,8 @@ pub struct GpuTracer {
     device_millis: Option<f64>,
     /// Milliseconds of the device on edges.
     edges_millis: Option<f64>,
+    /// These came in this frame, and are of a picture from its start.
+    has_timed_whole: bool,
     trees: DeviceTrees,
     /// Milliseconds of the device on trees.
     tree_millis: Option<f64>,
@@ -66,6 +69,7 @@ impl GpuTracer {
             host_passes: Vec::new(),
             device_millis: None,
             edges_millis: None,
+            has_timed_whole: false,
             gpu,
         };
         tracer.gpu.check()?;
@@ -123,6 +127,7 @@ impl GpuTracer {
         if let Some(report) = self.reports.collect(&self.gpu) {
             let counters = report.counters;
             (self.device_millis, self.edges_millis) = (report.millis, report.edges_millis);
+            self.has_timed_whole = report.is_whole;
             if let Some(millis) = report.millis {
                 let millis = millis + report.edges_millis.unwrap_or(0.0);
                 self.packed.instances.note_trace_time(millis * 1e6);
@@ -141,12 +146,30 @@ impl GpuTracer {
         }
     }
 
+    /// Brings the picture to what is due.
+    fn bring_to(
+        &mut self,
+        due: Due,
+        special: Specialisation,
+        view: &ViewRow,
+    ) -> Result<(), TraceError> {
+        let (gpu, reports) = (&self.gpu, &mut self.reports);
+        Canvas::fit(&mut self.canvas, gpu, &self.layouts, reports, view)?;
+        if let Some(canvas) = self.canvas.take() {
+            let is_whole = due == Due::Picture;
+            self.submit(special, &canvas, &passes(view, due), is_whole)?;
+            self.canvas = Some(canvas);
+        }
+        self.gpu.check()
+    }
+
     /// One submission a pass, so that no single one is long.
     fn submit(
         &mut self,
         special: Specialisation,
         canvas: &Canvas,
         passes: &[Pass],
+        is_whole: bool,
     ) -> Result<(), TraceError> {
         let kernels = [Kernel::Whitted, Kernel::Edges, Kernel::Antialias];
         let mut compiled = Vec::new();
@@ -192,6 +215,7 @@ impl GpuTracer {
             let report = last.and_then(|last| self.reports.record(&mut encoder, last));
             self.gpu.queue.submit([encoder.finish()]);
             if let Some(slot) = report {
+                self.reports.mark(slot, is_whole);
                 self.reports.request(slot);
             }
         }
@@ -246,6 +270,7 @@ impl Tracer for GpuTracer {
         let special = self.special.ok_or_else(nothing_uploaded)?;
         let view = self.packed.view;
         let due = self.progress.due();
+        self.has_timed_whole = false;
         if self.reports.is_waiting() {
             // Reports of earlier pictures; an error here shows in `check` below.
             let _ = self.gpu.device.poll(wgpu::PollType::Poll);
@@ -256,14 +281,13 @@ impl Tracer for GpuTracer {
         if due == Due::Nothing {
             return self.gpu.check();
         }
-        let (gpu, reports) = (&self.gpu, &mut self.reports);
-        Canvas::fit(&mut self.canvas, gpu, &self.layouts, reports, &view)?;
-        // Should it fail, what it holds is no picture.
-        if let Some(canvas) = self.canvas.take() {
-            self.submit(special, &canvas, &passes(&view, due))?;
-            self.canvas = Some(canvas);
+        let traced = self.bring_to(due, special, &view);
+        if traced.is_err() {
+            // Whatever it holds is no picture, and nothing to refine.
+            self.canvas = None;
+            self.progress.lose();
         }
-        self.gpu.check()?;
+        traced?;
         self.progress.done(due, &view);
         Ok(())
     }
@@ -297,6 +321,10 @@ impl Tracer for GpuTracer {
 
     fn counters(&self) -> Counters {
         self.counters
+    }
+
+    fn has_timed_whole(&self) -> bool {
+        self.has_timed_whole
     }
 
     fn pass_times(&self) -> Vec<PassTime> {

@@ -17,8 +17,16 @@ use crate::world::{Lobe, Material, Reflection};
 
 /// What is added for rounding in f32: of weights, of light, and of the purse that pays (a hundredth).
 const MARGIN: f64 = 1.02;
-/// A cosine in f32 may exceed 1 by so much.
-const COSINE_EXCESS: f64 = 1e-6;
+/// A highlight's cosine in f32 may exceed 1 by so much. A vector that was divided by its length is as long as 1 + e, with
+/// e <= 8.5 ulps of 2^-23 as WGSL bounds them (three in a squared length count half, 4.5 a square root, 2.5 a division). The
+/// mirrored ray d - 2 (d.n) n is as long as |d| + 2 (|n|^2 - 1) at most, 1 + 5 e, and the light's direction 1 + e: with 18
+/// ulps for the products and sums between, 6 e are 69 ulps, 8.3e-6 in all. The half vector's cosine is below 1 + 2 e.
+const COSINE_EXCESS: f64 = 1e-5;
+/// WGSL's log2 near 1 errs by so much.
+const LOG2_ERROR: f64 = 1.0 / (1 << 21) as f64;
+/// Whole exponents up to this one are multiplied out in both f32 tracers, others go through log2 and exp2 (`power` in
+/// `cpu/light.rs`).
+const MOST_MULTIPLIED: f64 = 65_536.0;
 /// Surfaces that a ray of one generation can meet.
 const SURFACES: f64 = (STRAIGHT_CAPACITY + 1) as f64;
 /// Bounds beyond this say nothing, and would leave the range of f32 when they are multiplied.
@@ -117,14 +125,17 @@ impl Answer {
     }
 }
 
-/// A lobe at its centre. Rounding may lift the cosine above 1, and the exponent that; no exponent below 0 has a bound.
+/// A lobe at its centre. Rounding may lift the cosine above 1, and the exponent that and a logarithm's error; no exponent
+/// below 0 has a bound.
 fn highest(lobe: Option<Lobe>) -> f64 {
     lobe.map_or(0.0, |lobe| {
         let exponent = f64::from(lobe.exponent);
         let centre = if exponent < 0.0 {
             f64::INFINITY
         } else {
-            (1.0 + COSINE_EXCESS).powf(exponent)
+            let is_multiplied = exponent.fract() == 0.0 && exponent <= MOST_MULTIPLIED;
+            let error = if is_multiplied { 0.0 } else { LOG2_ERROR };
+            (((1.0 + COSINE_EXCESS).log2() + error) * exponent).exp2()
         };
         f64::from(lobe.strength).abs() * centre
     })
@@ -133,4 +144,63 @@ fn highest(lobe: Option<Lobe>) -> f64 {
 /// A light where it is brightest.
 fn brightest(light: &Light) -> DVec3 {
     light.color.as_dvec3().abs() * if light.fade.is_some() { 2.0 } else { 1.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geom::testing::Random;
+
+    /// What f32 makes of a lobe's centre at worst: a cosine as far above 1 as vectors allow, and log2 as far off as WGSL does.
+    fn worst(cosine: f64, exponent: f64) -> f64 {
+        let is_whole = exponent.fract() == 0.0 && exponent <= 65_536.0;
+        if is_whole {
+            // One rounding of 2^-24 a factor.
+            (cosine * (1.0 + 2_f64.powi(-24))).powf(exponent)
+        } else {
+            ((cosine.log2() + 2_f64.powi(-21)) * exponent).exp2()
+        }
+    }
+
+    #[test]
+    fn lobes_are_bounded_whatever_their_exponent() {
+        for exponent in [0.5, 1.0, 40.0, 399.5, 65_536.0, 65_536.5, 250_000.0, 1e6] {
+            let lobe = Lobe {
+                strength: 0.7,
+                exponent,
+            };
+            let bound = highest(Some(lobe)) * MARGIN;
+            let exponent = f64::from(exponent);
+            for ulps in [0.0, 8.0, 23.0, 69.0] {
+                let cosine = 1.0 + ulps * f64::from(f32::EPSILON);
+                let reached = f64::from(0.7_f32) * worst(cosine, exponent);
+                assert!(reached <= bound, "{exponent}: {reached} over {bound}");
+            }
+        }
+        let none = Lobe {
+            strength: 0.7,
+            exponent: -1.0,
+        };
+        assert!(highest(Some(none)).is_infinite());
+    }
+
+    /// Normals, rays and lights whose lengths err by a few ulps, as divisions leave them.
+    #[test]
+    fn a_mirrored_rays_cosine_exceeds_1_by_less_than_is_allowed_for() {
+        let mut random = Random::new(3);
+        let mut most = 0.0_f64;
+        for _ in 0..200_000 {
+            let mut off = || 1.0 + random.range(-8.5, 8.5) as f32 * f32::EPSILON;
+            let lengths = [off(), off(), off()];
+            let normal = random.direction().as_vec3().normalize();
+            let dir = -(normal.as_dvec3() + random.cube() * 0.3)
+                .as_vec3()
+                .normalize();
+            let to_light = (dir - normal * (2.0 * dir.dot(normal))).normalize();
+            let (n, d) = (normal * lengths[0], dir * lengths[1]);
+            let mirrored = d - n * (2.0 * d.dot(n));
+            most = most.max(f64::from(mirrored.dot(to_light * lengths[2])) - 1.0);
+        }
+        assert!(most > 2e-6 && most <= COSINE_EXCESS, "{most:e}");
+    }
 }

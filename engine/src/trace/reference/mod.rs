@@ -238,4 +238,8 @@ impl Tracer for ReferenceTracer {
     fn pass_times(&self) -> Vec<PassTime> {
         self.passes.clone()
     }
+
+    fn has_timed_whole(&self) -> bool {
+        self.picture.is_some()
+    }
 }
