@@ -193,6 +193,27 @@ fn while_nothing_changes_a_picture_refines_to_that_of_all_samples() {
     }
 }
 
+/// What a window's size follows: of the samples that refine a picture, and of frames at rest, nothing is measured.
+#[test]
+fn only_pictures_from_the_start_are_timed_as_such() {
+    let mut scene = random_scene(3, 20);
+    let refining = TraceSettings {
+        refine_to: 4,
+        ..settings(32, 24)
+    };
+    for mut tracer in tracers() {
+        for _ in 0..2 {
+            scene.view.origin.x += 0.1;
+            let timed = [(); 6].map(|()| {
+                picture(tracer.as_mut(), &scene, &refining).expect("a picture");
+                tracer.has_timed_whole()
+            });
+            let expected = [true, false, false, false, false, false];
+            assert_eq!(timed, expected, "{}", tracer.backend());
+        }
+    }
+}
+
 #[test]
 fn adaptive_pictures_take_all_samples_on_edges_and_one_elsewhere() {
     let scene = random_scene(3, 20);

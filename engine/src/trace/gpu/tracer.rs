@@ -155,6 +155,7 @@ impl GpuTracer {
     ) -> Result<(), TraceError> {
         let (gpu, reports) = (&self.gpu, &mut self.reports);
         Canvas::fit(&mut self.canvas, gpu, &self.layouts, reports, view)?;
+        // Should it fail, what it holds is no picture.
         if let Some(canvas) = self.canvas.take() {
             let is_whole = due == Due::Picture;
             self.submit(special, &canvas, &passes(view, due), is_whole)?;
@@ -283,8 +284,7 @@ impl Tracer for GpuTracer {
         }
         let traced = self.bring_to(due, special, &view);
         if traced.is_err() {
-            // Whatever it holds is no picture, and nothing to refine.
-            self.canvas = None;
+            // What there is, if anything, is not to be refined.
             self.progress.lose();
         }
         traced?;
