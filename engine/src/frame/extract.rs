@@ -55,6 +55,8 @@ struct Rows {
     relinked: EntityHashSet,
     /// Entities already reported for a transform that cannot be inverted.
     singular: EntityHashSet,
+    /// Materials already reported for numbers that are brought within limits.
+    unusable: EntityHashSet,
     /// Something came, went, or changed its shape or material: the scene may need other features.
     restructured: bool,
 }
@@ -76,6 +78,7 @@ impl Rows {
     }
 
     fn vacate_material(&mut self, scene: &mut FrameScene, entity: Entity) {
+        self.unusable.remove(&entity);
         if let Some(row) = self.materials.remove(&entity) {
             scene.materials.set(row, Material::default());
             self.vacant_materials.push(row);
@@ -99,6 +102,7 @@ impl Rows {
     }
 
     fn vacate(&mut self, scene: &mut FrameScene, entity: Entity) {
+        self.singular.remove(&entity);
         if let Some(index) = self.instances.remove(&entity) {
             let mut row = scene.instances[index as usize];
             row.shape = Shape::Vacant;
@@ -106,6 +110,16 @@ impl Rows {
             self.vacant.push(index);
             self.restructured = true;
         }
+    }
+}
+
+/// Whether something bad is to be said of an entity: once, until it is good again.
+fn is_news(known: &mut EntityHashSet, entity: Entity, is_bad: bool) -> bool {
+    if is_bad {
+        known.insert(entity)
+    } else {
+        known.remove(&entity);
+        false
     }
 }
 
@@ -185,5 +199,18 @@ fn find_features(mut scene: ResMut<FrameScene>, rows: Res<Rows>, mut lights: Loc
     let version = scene.lights.version();
     if rows.restructured || std::mem::replace(&mut *lights, version) != version {
         scene.features = Features::of(&scene);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_stays_bad_is_said_once_and_again_after_it_was_good() {
+        let (mut known, entity) = (EntityHashSet::default(), Entity::PLACEHOLDER);
+        let states = [false, true, true, false, true, true];
+        let said = states.map(|is_bad| is_news(&mut known, entity, is_bad));
+        assert_eq!(said, [false, true, false, false, true, false]);
     }
 }

@@ -4,10 +4,10 @@
 //! hit's `instance` names the same entity from frame to frame; freed rows hold [`Shape::Vacant`].
 
 use bevy_ecs::prelude::*;
-use glam::{DAffine3, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::Features;
-use crate::world::{Fade, Material, MeshRow, Table, ToneMap};
+use crate::world::{FARTHEST, Fade, Material, MeshRow, Table, ToneMap};
 
 /// Everything a tracer needs to know of a frame.
 #[derive(Resource, Clone, Debug, Default)]
@@ -177,4 +177,45 @@ pub enum Shape {
         /// Of the tube; less than `major`.
         minor: f64,
     },
+}
+
+impl Shape {
+    /// Takes the shape's own space, in which it is of about the size 1, to its local one; the identity where it has none.
+    pub fn local_from_unit(&self) -> DAffine3 {
+        match *self {
+            Self::Vacant | Self::Mesh(_) | Self::Plane { .. } => DAffine3::IDENTITY,
+            Self::Sphere { radius } => DAffine3::from_scale(DVec3::splat(radius)),
+            Self::Cuboid { min, max } => {
+                let (half, center) = ((max - min) * 0.5, (max + min) * 0.5);
+                DAffine3::from_scale_rotation_translation(half, DQuat::IDENTITY, center)
+            }
+            Self::Disc {
+                center,
+                normal,
+                radius,
+            } => upright(normal.normalize() * radius, radius, center),
+            Self::Cone {
+                a,
+                radius_a,
+                b,
+                radius_b,
+            } => upright((b - a) * 0.5, radius_a.max(radius_b), (a + b) * 0.5),
+            Self::Torus { major, .. } => DAffine3::from_scale(DVec3::splat(major)),
+        }
+    }
+
+    /// Whether f32 can square what takes the world to the shape's own space, and back: where not, infinities and what
+    /// comes of them reach pixels.
+    pub fn is_in_range(&self, world_from_local: &DAffine3) -> bool {
+        let there = world_from_local.matrix3 * self.local_from_unit().matrix3;
+        let is_small = |m: DMat3| m.to_cols_array().iter().all(|x| x.abs() <= FARTHEST);
+        is_small(there) && is_small(there.inverse())
+    }
+}
+
+/// Takes +Y to `axis`, and what is across it to vectors of length `radius`.
+fn upright(axis: DVec3, radius: f64, center: DVec3) -> DAffine3 {
+    let (x, z) = axis.normalize().any_orthonormal_pair();
+    let linear = DMat3::from_cols(x * radius, axis, z * radius);
+    DAffine3::from_mat3_translation(linear, center)
 }

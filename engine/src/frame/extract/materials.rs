@@ -7,7 +7,7 @@
 use bevy_ecs::prelude::*;
 use glam::Vec3;
 
-use super::Rows;
+use super::{Rows, is_news};
 use crate::frame::FrameScene;
 use crate::world::{Lobe, Material, Reflection, any_changed};
 
@@ -40,7 +40,7 @@ pub(super) fn extract_materials(
     }
     for (entity, material) in &changed {
         let usable = usable(material);
-        if usable != *material {
+        if is_news(&mut rows.unusable, entity, usable != *material) {
             tracing::warn!(
                 "{entity}: its material has numbers that no picture can be made of; it is shown as {usable:?}"
             );

@@ -5,7 +5,7 @@ use bevy_ecs::query::QueryData;
 use bevy_ecs::system::SystemParam;
 use glam::{DAffine3, DVec2, DVec3};
 
-use super::Rows;
+use super::{Rows, is_news};
 use crate::frame::{FrameScene, Instance, Shape};
 use crate::world::{
     Cone, Cuboid, Cylinder, Disc, FARTHEST, GlobalTransform, GlobalVisibility, Mesh, OwnMesh,
@@ -181,11 +181,9 @@ fn write_instance(scene: &mut FrameScene, rows: &mut Rows, parts: ShapePartsItem
     };
     let world_from_local = parts.transform.0;
     let drawable = is_drawable(world_from_local, shape, scene.meshes.len());
-    if drawable {
-        rows.singular.remove(&entity);
-    } else if rows.singular.insert(entity) {
+    if is_news(&mut rows.singular, entity, !drawable) {
         tracing::warn!(
-            "{entity} is left out of the picture: its transform or size is zero, singular or not finite"
+            "{entity} is left out of the picture: its transform or size is too small, too large, singular or not finite"
         );
     }
     let row = Instance {
@@ -279,5 +277,51 @@ fn is_drawable(world_from_local: DAffine3, shape: Shape, meshes: usize) -> bool 
             minor > 0.0 && minor < major && reaches(DVec3::splat(major + minor))
         }
     };
-    extent && within(world_from_local.translation) && volume.abs() > 1e-12 * bound && bound > 0.0
+    let is_regular = volume.abs() > 1e-12 * bound && bound > 0.0;
+    let is_placed = within(world_from_local.translation);
+    extent && is_placed && is_regular && shape.is_in_range(&world_from_local)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Every bounded shape, of this size along Y and of size 1 elsewhere.
+    fn shapes(y: f64) -> [Shape; 3] {
+        let half = DVec3::new(0.5, 0.5 * y, 0.5);
+        [
+            Shape::Cuboid {
+                min: -half,
+                max: half,
+            },
+            Shape::Sphere { radius: y },
+            Shape::Torus {
+                major: y,
+                minor: 0.3 * y,
+            },
+        ]
+    }
+
+    #[test]
+    fn what_f32_cannot_invert_is_left_out_by_size_and_by_scale() {
+        for (size, expected) in [
+            (1e-300, false),
+            (1e-42, false),
+            (1e-38, false),
+            (1e-20, false),
+            (1e-12, true),
+            (1.0, true),
+            (1e12, true),
+            (1e20, false),
+        ] {
+            for shape in shapes(size) {
+                let drawn = is_drawable(DAffine3::IDENTITY, shape, 0);
+                assert_eq!(drawn, expected, "{shape:?}");
+            }
+            for shape in shapes(1.0) {
+                let map = DAffine3::from_scale(DVec3::new(1.0, size, 1.0));
+                assert_eq!(is_drawable(map, shape, 0), expected, "{size:e} {shape:?}");
+            }
+        }
+    }
 }

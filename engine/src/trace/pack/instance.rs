@@ -3,7 +3,7 @@
 //! The two are apart so that a camera that moves costs one pass over the rows ([`Placed::place`]) and
 //! gives the same bits as packing them anew.
 
-use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
+use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::mesh::PackedMesh;
 use crate::frame::wire::{
@@ -133,22 +133,14 @@ impl PaddedBox {
 /// The row of an instance but for [`Placed::place`]. One that draws nothing is vacant.
 pub fn instance_row<'a>(instance: &Instance, mesh: impl FnOnce(u32) -> &'a PackedMesh) -> Packed {
     let world = &instance.world_from_local;
+    let unit = instance.shape.local_from_unit();
     let (mut row, placed, padded) = match instance.shape {
         Shape::Vacant => return NOTHING,
         Shape::Mesh(id) => mesh_row(world, id, mesh(id)),
-        Shape::Sphere { radius } => sphere_row(world, radius),
-        Shape::Cuboid { min, max } => {
-            let (half, center) = ((max - min) * 0.5, (max + min) * 0.5);
-            let unit = DAffine3::from_scale_rotation_translation(half, DQuat::IDENTITY, center);
-            affine_row(KIND_CUBOID, world, &unit, UNIT_BOX)
-        }
+        Shape::Sphere { radius } => sphere_row(world, radius, &unit),
+        Shape::Cuboid { .. } => affine_row(KIND_CUBOID, world, &unit, UNIT_BOX),
         Shape::Plane { normal, distance } => plane_row(world, normal, distance),
-        Shape::Disc {
-            center,
-            normal,
-            radius,
-        } => {
-            let unit = upright(normal.normalize() * radius, radius, center);
+        Shape::Disc { .. } => {
             let flat = Vec3::new(1.0, 0.0, 1.0);
             let bounds = Aabb {
                 min: -flat,
@@ -157,18 +149,12 @@ pub fn instance_row<'a>(instance: &Instance, mesh: impl FnOnce(u32) -> &'a Packe
             affine_row(KIND_DISC, world, &unit, bounds)
         }
         Shape::Cone {
-            a,
-            radius_a,
-            b,
-            radius_b,
+            radius_a, radius_b, ..
         } => {
-            let largest = radius_a.max(radius_b);
-            let unit = upright((b - a) * 0.5, largest, (a + b) * 0.5);
-            let taper = (radius_b - radius_a) / largest * 0.5;
+            let taper = (radius_b - radius_a) / radius_a.max(radius_b) * 0.5;
             with_parameter(affine_row(KIND_CONE, world, &unit, UNIT_BOX), taper)
         }
         Shape::Torus { major, minor } => {
-            let unit = DAffine3::from_scale(DVec3::splat(major));
             let parameter = minor / major;
             let reach = Vec3::new(1.0, 0.0, 1.0) + Vec3::splat(parameter as f32);
             let bounds = Aabb {
@@ -181,19 +167,13 @@ pub fn instance_row<'a>(instance: &Instance, mesh: impl FnOnce(u32) -> &'a Packe
     row.material = instance.material;
     // Extraction keeps such things out; a scene made by hand may still hold one.
     let center = placed.at + placed.offset;
-    if (center + padded.low).is_finite() && (center + padded.high).is_finite() {
+    let is_finite = (center + padded.low).is_finite() && (center + padded.high).is_finite();
+    if is_finite && instance.shape.is_in_range(world) {
         (row, placed, padded)
     } else {
         let mesh = row.mesh;
         (InstanceRow { mesh, ..VACANT }, NOTHING.1, NOTHING.2)
     }
-}
-
-/// Takes +Y to `axis`, and what is across it to vectors of length `radius`.
-fn upright(axis: DVec3, radius: f64, center: DVec3) -> DAffine3 {
-    let (x, z) = axis.normalize().any_orthonormal_pair();
-    let linear = DMat3::from_cols(x * radius, axis, z * radius);
-    DAffine3::from_mat3_translation(linear, center)
 }
 
 fn with_parameter((mut row, placed, padded): Packed, parameter: f64) -> Packed {
@@ -245,10 +225,9 @@ fn mesh_row(world: &DAffine3, id: u32, mesh: &PackedMesh) -> Packed {
 }
 
 /// A sphere stays one in render space unless its transform squeezes it.
-fn sphere_row(world: &DAffine3, radius: f64) -> Packed {
+fn sphere_row(world: &DAffine3, radius: f64, unit: &DAffine3) -> Packed {
     let Some(scale) = uniform_scale(&world.matrix3) else {
-        let unit = DAffine3::from_scale(DVec3::splat(radius));
-        return affine_row(KIND_ELLIPSOID, world, &unit, UNIT_BOX);
+        return affine_row(KIND_ELLIPSOID, world, unit, UNIT_BOX);
     };
     let radius = radius * scale;
     let row = InstanceRow {

@@ -10,12 +10,17 @@ use crate::args::BenchRequest;
 use crate::bench::report::{Better, Row, Trial};
 use crate::failure::Failure;
 
+/// What share of its known failures a form must show here, on other meshes and devices.
+const LEAST_OF_KNOWN: f64 = 0.1;
+
 /// See the module.
 pub struct Course<'a> {
     /// What is tried.
     pub tracer: Box<dyn Tracer>,
     /// What came of it.
     pub rows: Vec<Row>,
+    /// What is to be said of it.
+    pub remarks: Vec<String>,
     request: &'a BenchRequest,
 }
 
@@ -25,6 +30,7 @@ impl<'a> Course<'a> {
         Self {
             tracer,
             rows: Vec::new(),
+            remarks: Vec::new(),
             request,
         }
     }
@@ -81,20 +87,21 @@ impl<'a> Course<'a> {
 
     /// A row that must show no failure.
     pub fn none_may_fail(&mut self, name: &str, tally: &Tally) {
-        let name = format!("{name}.{}", self.backend());
-        self.rows.push(tally.row(name).with_target(0.0));
+        let row = tally.row(self.name(name));
+        self.push(row, Some(0.0), tally);
     }
 
-    /// A row of a form that is known to fail, which must: its figure elsewhere, if there is one.
+    /// A row of a form that is known to fail, which must: at least a tenth as often as it does elsewhere, if that
+    /// is known.
     pub fn must_fail(&mut self, name: &str, tally: &Tally, known_ppm: Option<f64>) {
-        let name = format!("{name}.{}", self.backend());
-        let row = tally.row(name);
+        let row = tally.row(self.name(name));
         let row = Row {
             better: Better::Higher,
             trial: row.trial.map(|trial| Trial { known_ppm, ..trial }),
             ..row
         };
-        self.rows.push(row.with_target(1.0));
+        let known = known_ppm.unwrap_or(0.0) * 1e-6 * tally.tried as f64;
+        self.push(row, Some((known * LEAST_OF_KNOWN).floor().max(1.0)), tally);
     }
 
     /// A row of a number that these tries came to, which may be at most `target`.
@@ -106,11 +113,29 @@ impl<'a> Course<'a> {
         value: f64,
         target: Option<f64>,
     ) {
-        let row = tally.row_of(format!("{name}.{}", self.backend()), unit, value);
-        self.rows.push(match target {
+        let row = tally.row_of(self.name(name), unit, value);
+        self.push(row, target, tally);
+    }
+
+    fn name(&self, name: &str) -> String {
+        format!("{name}.{}", self.backend())
+    }
+
+    /// A row whose target is missed, whatever its value, where too few of its tries count.
+    fn push(&mut self, row: Row, target: Option<f64>, tally: &Tally) {
+        let row = match target {
             Some(target) => row.with_target(target),
             None => row,
-        });
+        };
+        let met = row.met.map(|met| met && tally.is_telling());
+        if !tally.is_telling() {
+            let (name, tried, void) = (&row.name, tally.tried, tally.void);
+            self.remarks.push(format!(
+                "{name}: only {tried} of {} tries count, too few",
+                tried + void
+            ));
+        }
+        self.rows.push(Row { met, ..row });
     }
 }
 
@@ -160,4 +185,35 @@ pub fn scene_of(shapes: impl IntoIterator<Item = (Shape, DAffine3)>) -> FrameSce
 pub fn ready(mut scene: FrameScene) -> FrameScene {
     scene.features = Features::of(&scene);
     scene
+}
+
+#[cfg(test)]
+mod tests {
+    use orrery_engine::trace::cpu::CpuTracer;
+
+    use super::*;
+
+    #[test]
+    fn nothing_tried_is_not_met_and_known_forms_fail_about_as_often() {
+        #[derive(clap::Parser)]
+        struct Line {
+            #[command(flatten)]
+            request: BenchRequest,
+        }
+        let Line { request } = clap::Parser::parse_from(["bench"]);
+        let mut course = Course::new(Box::new(CpuTracer::new()), &request);
+        course.none_may_fail("empty", &Tally::default());
+        course.at_most("none", "ULP", &Tally::default(), 0.0, Some(1.0));
+        course.none_may_fail("good", &Tally::counted(10, 0));
+        course.must_fail("seldom", &Tally::counted(1000, 1), Some(1e5));
+        course.must_fail("often", &Tally::counted(1000, 20), Some(1e5));
+        course.must_fail("unknown", &Tally::counted(1000, 1), None);
+        let met: Vec<_> = course
+            .rows
+            .iter()
+            .map(|row| row.met == Some(true))
+            .collect();
+        assert_eq!(met, [false, false, true, false, true, true]);
+        assert_eq!(course.remarks.len(), 2);
+    }
 }

@@ -5,16 +5,19 @@
 //! good ones, in a second world that is alike but for them.
 
 use bevy_ecs::prelude::{Entity, Or, With, World};
-use glam::{DQuat, DVec3, UVec2, Vec3};
+use glam::{DQuat, DVec3, UVec2};
 use orrery_engine::Engine;
 use orrery_engine::frame::{FrameScene, Kernels, TraceSettings};
 use orrery_engine::world::{
-    Camera, Cuboid, DirectionalLight, Fade, Lobe, Material, Mesh, MeshData, Meshes, Plane,
-    PointLight, Reflection, Sphere, SpotLight, Surface, Transform,
+    Background, Camera, Material, Mesh, Meshes, PointLight, Projection, Surface, Transform,
 };
 
 use super::course::Course;
 use super::draw::Draw;
+use super::odd::{
+    BOUNDED, bad_light, bad_material, bad_shape, extreme_shape, number, odd_sky, sized, spoiled,
+    spoiled_turn,
+};
 use super::scenes::{materials, unequal};
 use super::solids::Solid;
 use super::tally::{Tally, Verdict};
@@ -24,7 +27,7 @@ use crate::output::progress;
 /// The suite.
 pub const NAME: &str = "input";
 /// Worlds.
-const WORLDS: u64 = 2000;
+const WORLDS: u64 = 3000;
 /// Worlds where rays without end are asked for.
 const LONG: u64 = 100_000;
 /// Pixels of a picture.
@@ -39,8 +42,12 @@ const BAD: usize = 3;
 enum Fault {
     /// Shapes that cannot be shown.
     Shapes,
+    /// Shapes of finite but extreme sizes, scales and places: what can be shown is.
+    Extents,
     /// Lights that cannot shine.
     Lights,
+    /// A sky of any numbers, and lights that fade in extreme ways.
+    Sky,
     /// Materials, shown by what is in front: no picture to compare with.
     Materials,
     /// The eye.
@@ -54,12 +61,14 @@ pub fn run(course: &mut Course) -> Result<(), Failure> {
     course.must_fail(&format!("{NAME}.unchecked"), &unchecked, None);
     for (word, fault) in [
         ("shapes", Fault::Shapes),
+        ("extents", Fault::Extents),
         ("lights", Fault::Lights),
+        ("sky", Fault::Sky),
         ("materials", Fault::Materials),
         ("camera", Fault::Camera),
     ] {
         let name = format!("{NAME}.{word}");
-        let (finite, same) = tally(course, fault, worlds.div_ceil(4), &name)?;
+        let (finite, same) = tally(course, fault, worlds.div_ceil(6), &name)?;
         course.none_may_fail(&format!("{name}.non_finite"), &finite);
         if let Some(same) = same {
             course.none_may_fail(&format!("{name}.changed"), &same);
@@ -137,6 +146,7 @@ impl Maker {
     /// The frame of a world, with its bad things or without.
     fn frame_of(&mut self, fault: Fault, index: u64, bad: bool) -> FrameScene {
         let (world, mesh) = (&mut self.engine.world, self.mesh);
+        world.insert_resource(Background::default());
         let mut known = world.query_filtered::<Entity, Or<(With<Transform>, With<Material>)>>();
         let known: Vec<Entity> = known.iter(world).collect();
         for entity in known {
@@ -169,7 +179,7 @@ fn spawn_camera(world: &mut World, fault: Fault, evil: &mut Draw) {
             1 => pose.rotation = spoiled_turn(evil),
             2 => pose.scale = spoiled(pose.scale, evil),
             _ => {
-                camera.projection = orrery_engine::world::Projection::Perspective {
+                camera.projection = Projection::Perspective {
                     vertical_fov: number(evil),
                 };
             }
@@ -186,166 +196,21 @@ fn spawn_good(world: &mut World, mesh: Mesh, draw: &mut Draw) {
         scale: DVec3::splat(draw.range(0.3, 1.0)),
     };
     let mut thing = world.spawn((pose, Surface(material)));
-    match draw.below(3) {
-        0 => thing.insert(Sphere::default()),
-        1 => thing.insert(Cuboid::default()),
-        _ => thing.insert(mesh),
-    };
+    match draw.below(BOUNDED + 1) {
+        BOUNDED => {
+            thing.insert(mesh);
+        }
+        shape => sized(&mut thing, shape, [1.0, 1.2, 0.8]),
+    }
 }
 
 fn spawn_bad(world: &mut World, fault: Fault, mesh: Mesh, draw: &mut Draw) {
     match fault {
         Fault::Shapes => bad_shape(world, mesh, draw),
+        Fault::Extents => extreme_shape(world, mesh, draw),
         Fault::Lights => bad_light(world, draw),
+        Fault::Sky => odd_sky(world, draw),
         Fault::Materials => bad_material(world, draw),
         Fault::Camera => {}
     }
-}
-
-fn bad_shape(world: &mut World, mesh: Mesh, draw: &mut Draw) {
-    let mut pose = Transform::from_translation(draw.cube() * 2.0);
-    let spoil_pose = draw.below(2) == 0;
-    if spoil_pose {
-        match draw.below(4) {
-            0 => pose.translation = spoiled(pose.translation, draw),
-            1 => pose.rotation = spoiled_turn(draw),
-            2 => pose.scale = spoiled(pose.scale, draw),
-            _ => pose.scale = DVec3::new(1.0, 0.0, 1.0),
-        }
-    }
-    let kind = draw.below(if spoil_pose { 4 } else { 3 });
-    let mut size = |good: f64| if spoil_pose { good } else { number(draw) };
-    match kind {
-        0 => {
-            let radius = size(1.0);
-            world.spawn((pose, Sphere { radius }));
-        }
-        1 => {
-            let max = DVec3::new(size(0.5), 0.5, 0.5);
-            let min = DVec3::splat(-0.5);
-            // Turned inside out, whatever the number is.
-            let (min, max) = if spoil_pose { (min, max) } else { (max, min) };
-            world.spawn((pose, Cuboid { min, max }));
-        }
-        2 if spoil_pose => {
-            world.spawn((pose, mesh));
-        }
-        2 => bad_mesh(world, pose, draw),
-        _ => {
-            // A plane has no size that a pose could spoil but its place.
-            pose = Transform::from_translation(DVec3::splat(f64::NAN));
-            world.spawn((pose, Plane::default()));
-        }
-    }
-}
-
-/// Most bad vertices never become a mesh; what does is shown.
-fn bad_mesh(world: &mut World, pose: Transform, draw: &mut Draw) {
-    let corner = [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, 1e38, -1e300][draw.below(5)];
-    let vertices = vec![DVec3::X, DVec3::Y, DVec3::splat(corner)];
-    if let Ok(mesh) = MeshData::new("bad", vertices, Vec::new(), vec![[0, 1, 2]]) {
-        let mesh = Mesh(world.resource_mut::<Meshes>().add(mesh));
-        world.spawn((pose, mesh));
-    }
-}
-
-fn bad_light(world: &mut World, draw: &mut Draw) {
-    let pose = Transform::from_translation(DVec3::new(-4.0, 5.0, 3.0));
-    let color = Vec3::new(1.0, non_finite(draw) as f32, 0.5);
-    let intensity = 1.0;
-    match draw.below(6) {
-        4 => world.spawn((
-            pose,
-            PointLight {
-                fade: Some(Fade {
-                    distance: 1.0,
-                    power: non_finite(draw),
-                }),
-                ..PointLight::default()
-            },
-        )),
-        5 => world.spawn((
-            pose,
-            SpotLight {
-                inner_angle: non_finite(draw),
-                intensity: 1e38,
-                ..SpotLight::default()
-            },
-        )),
-        0 => world.spawn((
-            pose,
-            PointLight {
-                color,
-                ..PointLight::default()
-            },
-        )),
-        1 => world.spawn((pose, DirectionalLight { color, intensity })),
-        2 => world.spawn((
-            pose,
-            SpotLight {
-                color,
-                ..SpotLight::default()
-            },
-        )),
-        _ => world.spawn((
-            pose,
-            PointLight {
-                fade: Some(Fade {
-                    distance: non_finite(draw),
-                    power: 2.0,
-                }),
-                ..PointLight::default()
-            },
-        )),
-    };
-}
-
-fn bad_material(world: &mut World, draw: &mut Draw) {
-    let mut material = materials()[draw.below(4)];
-    let x = number(draw) as f32;
-    match draw.below(8) {
-        0 => material.color.y = x,
-        1 => material.diffuse = x,
-        2 => material.emission = x,
-        3 => {
-            material.phong = Some(Lobe {
-                strength: x,
-                exponent: number(draw) as f32,
-            });
-        }
-        4 => material.reflection = Reflection::Constant(Vec3::new(0.5, x, 0.5)),
-        5 => material.transmit = x,
-        6 => material.filter = x,
-        _ => material.ior = number(draw),
-    }
-    let material = world.spawn(material).id();
-    let at = Transform::from_translation(draw.cube() * 1.5);
-    world.spawn((at, Sphere::default(), Surface(material)));
-}
-
-/// Numbers that are trouble.
-fn number(draw: &mut Draw) -> f64 {
-    match draw.below(8) {
-        0..=2 => non_finite(draw),
-        3 => 1e38,
-        4 => -1e38,
-        5 => 1e-42,
-        6 => 0.0,
-        _ => -1.0,
-    }
-}
-
-fn non_finite(draw: &mut Draw) -> f64 {
-    [f64::NAN, f64::INFINITY, f64::NEG_INFINITY][draw.below(3)]
-}
-
-/// One coordinate beyond use.
-fn spoiled(mut v: DVec3, draw: &mut Draw) -> DVec3 {
-    v[draw.below(3)] = non_finite(draw);
-    v
-}
-
-fn spoiled_turn(draw: &mut Draw) -> DQuat {
-    let x = non_finite(draw);
-    DQuat::from_xyzw(x, 0.0, 0.0, 1.0)
 }

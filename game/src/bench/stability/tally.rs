@@ -6,6 +6,8 @@ use crate::bench::report::{Better, FAILURES, Row, Trial};
 const STEPS: f64 = 20.0;
 /// ULPs up to which errors are sorted evenly; beyond, eight bins for each doubling.
 const FINE: f64 = 16.0;
+/// Least share of the tries that must count.
+const LEAST_SHARE: f64 = 0.25;
 /// Bins of errors.
 const BINS: usize = 800;
 
@@ -34,6 +36,8 @@ impl Verdict {
 pub struct Tally {
     /// Tries that count.
     pub tried: u64,
+    /// Those that do not: what was to be tried did not come about.
+    pub void: u64,
     /// Those that went wrong.
     pub failed: u64,
     /// How long they took; 0: not measured.
@@ -57,7 +61,10 @@ impl Tally {
     /// Takes a try in.
     pub fn take(&mut self, verdict: Verdict) {
         match verdict {
-            Verdict::Void => return,
+            Verdict::Void => {
+                self.void += 1;
+                return;
+            }
             Verdict::Right => {}
             Verdict::Wrong => self.failed += 1,
             Verdict::Off(ulps) => {
@@ -75,6 +82,7 @@ impl Tally {
     #[must_use]
     pub fn with(mut self, other: Self) -> Self {
         self.tried += other.tried;
+        self.void += other.void;
         self.failed += other.failed;
         self.secs += other.secs;
         self.worst = match (self.worst, other.worst) {
@@ -97,18 +105,26 @@ impl Tally {
         }
     }
 
-    /// The error that a share of the measured ones stays below, in ULPs, to a bin.
+    /// The error that a share of the measured ones stays below, in ULPs, to a bin; beyond all where none was measured.
     pub fn percentile(&self, share: f64) -> f64 {
         let all: u64 = self.bins.iter().sum();
+        if all == 0 {
+            return f64::MAX;
+        }
         let most = (all as f64 * share).ceil() as u64;
         let mut seen = 0;
         for (bin, count) in self.bins.iter().enumerate() {
             seen += count;
             if seen >= most.max(1) {
-                return end_of(bin).min(self.worst.unwrap_or(0.0));
+                return end_of(bin).min(self.worst.unwrap_or(f64::MAX));
             }
         }
-        0.0
+        f64::MAX
+    }
+
+    /// Whether enough of the tries count to say anything.
+    pub fn is_telling(&self) -> bool {
+        self.tried > 0 && self.tried as f64 >= LEAST_SHARE * (self.tried + self.void) as f64
     }
 
     /// A row of what failed.
@@ -183,6 +199,20 @@ mod tests {
         );
         assert!((both.percentile(0.25) - 0.5).abs() < 0.06);
         assert_eq!(both.percentile(0.9), 1000.0);
+    }
+
+    #[test]
+    fn tries_that_do_not_count_and_errors_that_were_not_measured_say_nothing() {
+        let mut tally = Tally::default();
+        assert!(!tally.is_telling());
+        assert_eq!(tally.percentile(0.99), f64::MAX);
+        tally.take(Verdict::Right);
+        assert!(tally.is_telling());
+        assert_eq!(tally.percentile(0.99), f64::MAX);
+        for _ in 0..9 {
+            tally.take(Verdict::Void);
+        }
+        assert!(!tally.is_telling());
     }
 
     #[test]
