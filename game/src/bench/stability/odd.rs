@@ -90,15 +90,14 @@ pub fn extreme_shape(world: &mut World, mesh: Mesh, draw: &mut Draw) {
     let mut pose = Transform::from_translation(draw.cube());
     pose.rotation = DQuat::from_axis_angle(draw.direction(), draw.range(0.0, 6.0));
     let mut size = [1.0; 3];
-    let by_scale = draw.below(2) == 0;
-    for axis in 0..3 {
+    let changed = if draw.below(2) == 0 {
+        pose.scale.as_mut()
+    } else {
+        &mut size
+    };
+    for length in changed {
         if draw.below(2) == 0 {
-            let factor = EXTREMES[draw.below(EXTREMES.len())];
-            if by_scale {
-                pose.scale[axis] = factor;
-            } else {
-                size[axis] = factor;
-            }
+            *length = EXTREMES[draw.below(EXTREMES.len())];
         }
     }
     match draw.below(6) {
