@@ -191,6 +191,13 @@ fn accuracy_has_its_points_its_proofs_and_its_page() {
         assert!(smooth < aliased * 0.01, "{class}: {smooth} of {aliased}");
         let at_edges = value(&report, &format!("{class}.cpu.16 at edges.relMSE"));
         assert!(at_edges < aliased, "{class}: {at_edges} of {aliased}");
+        if class == "plain" {
+            let camera_rays_alone = value(&report, "plain.cpu.depth 1.mismatch");
+            assert!(
+                camera_rays_alone > 1e4,
+                "mirrors are missed: {camera_rays_alone}"
+            );
+        }
         let chart = format!("accuracy_{class}.svg");
         assert!(text.contains(&format!("]({chart})")), "{chart}");
         let chart = std::fs::read_to_string(page.join(chart)).expect("a chart");

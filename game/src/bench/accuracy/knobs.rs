@@ -1,6 +1,6 @@
 //! The knobs that trade run time for error, each turned by itself from the engine's defaults.
 
-use orrery_engine::frame::{BoxTest, Kernels, Offset, TraceSettings, TriangleTest};
+use orrery_engine::frame::{BoxTest, FrameScene, Kernels, Offset, TraceSettings, TriangleTest};
 
 /// What a setting is judged by.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -49,10 +49,16 @@ impl Knob {
         }
     }
 
+    /// A frame with no more generations than the knob allows.
+    pub fn shorten(&self, mut frame: FrameScene) -> FrameScene {
+        let most = self.depth.unwrap_or(u32::MAX);
+        frame.max_generations = frame.max_generations.min(most);
+        frame
+    }
+
     /// Turns a run's settings.
     pub fn turn(&self, settings: TraceSettings) -> TraceSettings {
         TraceSettings {
-            max_generations: self.depth.or(settings.max_generations),
             cutoff: self.cutoff.unwrap_or(settings.cutoff),
             kernels: self.kernels,
             samples: self.samples,

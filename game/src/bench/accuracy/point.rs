@@ -3,7 +3,7 @@
 use std::time::{Duration, Instant};
 
 use glam::{UVec2, Vec3};
-use orrery_engine::frame::TraceSettings;
+use orrery_engine::frame::{FrameScene, TraceSettings};
 use orrery_engine::profile::PictureError;
 use orrery_engine::trace::{Picture, Tracer};
 
@@ -16,11 +16,13 @@ use crate::failure::Failure;
 /// Size of the pictures that are timed and judged with one sample.
 const SIZE: UVec2 = UVec2::new(512, 384);
 /// Size of those judged against many samples of the reference, which takes its time.
-const SAMPLED_SIZE: UVec2 = UVec2::new(160, 120);
+const SAMPLED_SIZE: UVec2 = UVec2::new(128, 96);
 /// Samples of the truth that sampling is judged by.
 const TRUE_SAMPLES: u32 = 256;
 /// The passes that trace.
 const TRACING: [&str; 2] = ["whitted", "antialias"];
+/// Most pictures that warm up.
+const MOST_WARMING: usize = 30;
 /// Fewest pictures that a time is the median of.
 const FEWEST: usize = 5;
 
@@ -31,6 +33,8 @@ pub struct Effort {
     sampled_size: UVec2,
     true_samples: u32,
     pictures: usize,
+    /// Before times count: a device's clock rises with its work.
+    warming: Duration,
     budget: Duration,
 }
 
@@ -43,6 +47,7 @@ impl Effort {
                 sampled_size: UVec2::new(16, 12),
                 true_samples: 16,
                 pictures: FEWEST,
+                warming: Duration::ZERO,
                 budget: Duration::ZERO,
             }
         } else {
@@ -51,7 +56,8 @@ impl Effort {
                 sampled_size: SAMPLED_SIZE,
                 true_samples: TRUE_SAMPLES,
                 pictures: request.repeat as usize,
-                budget: Duration::from_secs(1),
+                warming: Duration::from_millis(100),
+                budget: Duration::from_millis(500),
             }
         }
     }
@@ -163,9 +169,9 @@ impl<'a> Stand<'a> {
             ..settings
         };
         let start = Instant::now();
-        let one = picture(reference, class, 0, &settings)?;
+        let one = picture(reference, &class.frames[0], &settings)?;
         let millis = start.elapsed().as_secs_f64() * 1e3;
-        let truths = [one, picture(reference, class, 0, &many)?];
+        let truths = [one, picture(reference, &class.frames[0], &many)?];
         let mut knob = super::knobs::all().swap_remove(0);
         knob.is_default = false;
         let name = reference.backend().to_string();
@@ -191,14 +197,15 @@ impl<'a> Stand<'a> {
             size,
             ..TraceSettings::default()
         };
-        let judged = picture(tracer, self.class, 0, &knob.turn(settings))?;
+        let frames = self.class.frames.clone().map(|frame| knob.shorten(frame));
+        let judged = picture(tracer, &frames[0], &knob.turn(settings))?;
         let judged = enlarged(judged, size);
         let error = PictureError::of(&judged, truth);
         let timed = knob.turn(TraceSettings {
             size: self.effort.size,
             ..settings
         });
-        let millis = self.millis(tracer, &timed)?;
+        let millis = self.millis(tracer, &frames, &timed)?;
         let name = tracer.backend().to_string();
         Ok((Point::new(name, knob, &millis, error), judged))
     }
@@ -207,15 +214,22 @@ impl<'a> Stand<'a> {
     fn millis(
         &self,
         tracer: &mut dyn Tracer,
+        frames: &[FrameScene; 2],
         settings: &TraceSettings,
     ) -> Result<Vec<f64>, Failure> {
         let mut millis = Vec::new();
-        picture(tracer, self.class, 1, settings)?;
+        let start = Instant::now();
+        let mut turn = 0;
+        while turn < FEWEST || (turn < MOST_WARMING && start.elapsed() < self.effort.warming) {
+            turn += 1;
+            picture(tracer, &frames[turn % 2], settings)?;
+        }
         let start = Instant::now();
         while millis.len() < FEWEST
             || (millis.len() < self.effort.pictures && start.elapsed() < self.effort.budget)
         {
-            picture(tracer, self.class, millis.len() % 2, settings)?;
+            turn += 1;
+            picture(tracer, &frames[turn % 2], settings)?;
             let passes = tracer.pass_times();
             let tracing = passes.iter().filter(|pass| TRACING.contains(&pass.name));
             millis.push(tracing.map(|pass| pass.millis).sum());
@@ -226,11 +240,9 @@ impl<'a> Stand<'a> {
 
 fn picture(
     tracer: &mut dyn Tracer,
-    class: &Class,
-    frame: usize,
+    scene: &FrameScene,
     settings: &TraceSettings,
 ) -> Result<Picture, Failure> {
-    let scene = &class.frames[frame];
     tracer.refit(scene)?;
     tracer.upload(scene, settings)?;
     tracer.render()?;
