@@ -22,7 +22,6 @@
 
 // gamma(n) = n*eps / (1 - n*eps), eps = 2^-24: a bound on n roundings (pbrt-v4, 6.8).
 const GAMMA_ONE: f32 = 5.96046483e-8;
-const GAMMA_TWO: f32 = 1.19209304e-7;
 const GAMMA_THREE: f32 = 1.78813966e-7;
 const GAMMA_FIVE: f32 = 2.98023313e-7;
 const GAMMA_SIX: f32 = 3.57627997e-7;
@@ -127,13 +126,13 @@ fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
     return Surface(position, above.error, n_geom, n_shade, instances[found.row].material, found.row, found.key.prim);
 }
 
-// Where a ray along `dir` starts: off the surface by the error and the roundings of its own sums.
+// Where a ray along `dir` starts: off the surface by the error and the rounding of that very sum.
 fn origin_towards(surface: Surface, dir: vec3f) -> vec3f {
     let outward = dot(surface.n_geom, dir) >= 0.0;
 #ifdef FIXED_OFFSETS
     return surface.position + surface.n_geom * select(-FIXED_OFFSET, FIXED_OFFSET, outward);
 #else
-    let reach = surface.error + dot(abs(surface.n_geom), abs(surface.position)) * GAMMA_TWO;
+    let reach = surface.error + dot(abs(surface.n_geom), abs(surface.position)) * GAMMA_ONE;
     return surface.position + step_off(select(-reach, reach, outward), surface.n_geom, dir);
 #endif
 }

@@ -34,10 +34,10 @@ pub fn step_off(height: f32, normal: Vec3, dir: Vec3) -> Vec3 {
     dir * slide + normal * (height - slide * along)
 }
 
-/// The point moved off the surface to the side that `dir` leaves by: by its `error` and the roundings of its
-/// own sums.
+/// The point moved off the surface to the side that `dir` leaves by: by its `error` and the rounding of that
+/// very sum.
 pub fn offset_origin(point: Vec3, normal: Vec3, error: f32, dir: Vec3) -> Vec3 {
-    let reach = error + normal.abs().dot(point.abs()) * gamma(2);
+    let reach = error + normal.abs().dot(point.abs()) * gamma(1);
     let height = if normal.dot(dir) >= 0.0 {
         reach
     } else {
