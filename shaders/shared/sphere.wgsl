@@ -85,6 +85,6 @@ fn sphere_height(sphere: SphereFrame, near: vec3f) -> SphereHeight {
     let span = distance + sphere.radius;
     // The twin's bound, doubled: what it takes from f64 is rounded here.
     let products = dot(abs(from_base), abs(from_center) + abs(sphere.center));
-    let error = 1.4305119e-6 * products / span + 2.3841858e-7 * dot(abs(normal), abs(from_base));
+    let error = 1.4305119e-6 * products / span + 2.3841858e-7 * dot(abs(normal), abs(near));
     return SphereHeight(power_of(sphere, from_base, from_center) / span, error, normal);
 }

@@ -169,9 +169,9 @@ impl SphereFrame {
         let length = from_center.length().max(f32::MIN_POSITIVE);
         let normal = from_center / length;
         let span = length + self.radius;
-        // Of the power's sums, and of the point relative to the base.
+        // Of the power's sums, and of the point itself, which is moved from here.
         let products = from_base.abs().dot(from_center.abs() + self.center.abs());
-        let one_way = gamma(6) * products / span + gamma(1) * normal.abs().dot(from_base.abs());
+        let one_way = gamma(6) * products / span + gamma(1) * normal.abs().dot(point.abs());
         SphereHeight {
             height: self.power_at(at) / span,
             error: 2.0 * one_way,
