@@ -4,12 +4,14 @@
 //! to the panels or to the picture, never to both); systems of the frame read it; the window clears the
 //! frame's part of it afterwards.
 
+mod action;
 mod fly;
 mod keymap;
 mod lamp;
 
+pub use action::Action;
 pub use fly::FlyCamera;
-pub use keymap::{Action, KeyMap, Trigger};
+pub use keymap::{KeyMap, Trigger};
 pub use lamp::HeldLight;
 pub use winit::event::MouseButton;
 pub use winit::keyboard::KeyCode;
