@@ -15,9 +15,12 @@
 //!   ([`InstanceTree::trace_nanos`]), and a tree is due when that is more than a new tree costs beyond a refit
 //!   (buying after having paid the price in rent is at most twice as dear as knowing the future).
 
+mod changes;
+
 use std::ops::Range;
 use std::time::Instant;
 
+use self::changes::{Changes, is_there};
 use super::build::STACK_SHARE;
 use super::cluster::Clusters;
 use super::fast::{NOWHERE, RowTree};
@@ -117,14 +120,6 @@ pub struct InstanceTree {
     rows: Vec<u32>,
 }
 
-/// Rows by what becomes of them.
-#[derive(Clone, Debug, Default)]
-struct Changes {
-    moved: Vec<u32>,
-    came: Vec<u32>,
-    went: Vec<u32>,
-}
-
 impl Default for InstanceTree {
     fn default() -> Self {
         Self {
@@ -178,7 +173,7 @@ impl InstanceTree {
             cost_before: self.cost,
             ..TreeWork::default()
         };
-        self.sort_changes(boxes, changed);
+        self.changes.sort(&mut self.tree.places, boxes, changed);
         let Changes { moved, came, went } = &self.changes;
         let touched = moved.len() + came.len() + went.len();
         let was_empty = self.live == 0;
@@ -203,38 +198,6 @@ impl InstanceTree {
         work.cost_after = self.cost;
         work.nanos = start.elapsed().as_nanos() as u64;
         work
-    }
-
-    fn sort_changes(&mut self, boxes: &[Aabb], changed: Option<&[u32]>) {
-        let Changes { moved, came, went } = &mut self.changes;
-        moved.clear();
-        came.clear();
-        went.clear();
-        let places = &mut self.tree.places;
-        let gone = boxes.len().min(places.len())..places.len();
-        let held = gone.filter(|&row| places[row] != NOWHERE);
-        went.extend(held.map(|row| row as u32));
-        if places.len() < boxes.len() {
-            places.resize(boxes.len(), NOWHERE);
-        }
-        let mut sort = |row: u32| match (
-            places[row as usize] != NOWHERE,
-            is_there(&boxes[row as usize]),
-        ) {
-            (true, true) => moved.push(row),
-            (false, true) => came.push(row),
-            (true, false) => went.push(row),
-            (false, false) => {}
-        };
-        match changed {
-            None => (0..boxes.len() as u32).for_each(sort),
-            Some(rows) => rows.iter().for_each(|&row| sort(row)),
-        }
-        // A row named twice comes and goes once.
-        for rows in [came, went] {
-            rows.sort_unstable();
-            rows.dedup();
-        }
     }
 
     /// Whether to build a new tree before having looked at what moved.
@@ -394,11 +357,6 @@ impl InstanceTree {
             .collect::<Vec<_>>();
         self.tree.validate(&there)
     }
-}
-
-/// Whether a box is one of a row.
-fn is_there(bounds: &Aabb) -> bool {
-    bounds.min.cmple(bounds.max).all()
 }
 
 #[cfg(test)]
