@@ -40,19 +40,24 @@ pub fn set_with_warnings(
     for warning in &warnings {
         note(format_args!("note: {warning}"));
     }
-    engine.world.insert_resource(TraceSettings {
+    engine.world.insert_resource(settings(common, size));
+    engine.world.resource_mut::<Time>().frames_per_sec = frames_per_sec;
+    engine
+        .validate()
+        .map_err(|why| Failure::Input(format!("the frame's systems cannot be ordered: {why}")))?;
+    Ok((engine, warnings))
+}
+
+/// How pictures are traced unless the command has its own way: what was asked for, at this size if none was.
+pub fn settings(common: &Common, size: UVec2) -> TraceSettings {
+    TraceSettings {
         size: common.size.unwrap_or(size),
         samples: common.samples,
         adaptive: common.adaptive,
         cutoff: common.cutoff,
         max_generations: common.depth,
         ..TraceSettings::default()
-    });
-    engine.world.resource_mut::<Time>().frames_per_sec = frames_per_sec;
-    engine
-        .validate()
-        .map_err(|why| Failure::Input(format!("the frame's systems cannot be ordered: {why}")))?;
-    Ok((engine, warnings))
+    }
 }
 
 /// Gives the engine the tracer it renders with from now on.
@@ -83,6 +88,18 @@ pub fn picture(engine: &mut Engine, frame: u64) -> Result<Picture, Failure> {
     let mut profile = engine.world.resource_mut::<Profile>();
     (profile.passes, profile.counters) = (passes, counters);
     Ok(picture)
+}
+
+/// A frame's picture by a tracer that stands in no engine.
+pub fn traced(
+    tracer: &mut dyn Tracer,
+    scene: &FrameScene,
+    settings: &TraceSettings,
+) -> Result<Picture, Failure> {
+    tracer.refit(scene)?;
+    tracer.upload(scene, settings)?;
+    tracer.render()?;
+    Ok(tracer.picture()?)
 }
 
 /// The eye of the last frame.

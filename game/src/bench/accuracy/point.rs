@@ -12,6 +12,7 @@ use super::knobs::{Knob, Panel};
 use crate::args::{BenchRequest, Common};
 use crate::bench::report::{Better, Row};
 use crate::failure::Failure;
+use crate::stage::traced;
 
 /// Size of the pictures that are timed and judged with one sample.
 const SIZE: UVec2 = UVec2::new(512, 384);
@@ -169,9 +170,9 @@ impl<'a> Stand<'a> {
             ..settings
         };
         let start = Instant::now();
-        let one = picture(reference, &class.frames[0], &settings)?;
+        let one = traced(reference, &class.frames[0], &settings)?;
         let millis = start.elapsed().as_secs_f64() * 1e3;
-        let truths = [one, picture(reference, &class.frames[0], &many)?];
+        let truths = [one, traced(reference, &class.frames[0], &many)?];
         let mut knob = super::knobs::all().swap_remove(0);
         knob.is_default = false;
         let name = reference.backend().to_string();
@@ -198,7 +199,7 @@ impl<'a> Stand<'a> {
             ..TraceSettings::default()
         };
         let frames = self.class.frames.clone().map(|frame| knob.shorten(frame));
-        let judged = picture(tracer, &frames[0], &knob.turn(settings))?;
+        let judged = traced(tracer, &frames[0], &knob.turn(settings))?;
         let judged = enlarged(judged, size);
         let error = PictureError::of(&judged, truth);
         let timed = knob.turn(TraceSettings {
@@ -222,31 +223,20 @@ impl<'a> Stand<'a> {
         let mut turn = 0;
         while turn < FEWEST || (turn < MOST_WARMING && start.elapsed() < self.effort.warming) {
             turn += 1;
-            picture(tracer, &frames[turn % 2], settings)?;
+            traced(tracer, &frames[turn % 2], settings)?;
         }
         let start = Instant::now();
         while millis.len() < FEWEST
             || (millis.len() < self.effort.pictures && start.elapsed() < self.effort.budget)
         {
             turn += 1;
-            picture(tracer, &frames[turn % 2], settings)?;
+            traced(tracer, &frames[turn % 2], settings)?;
             let passes = tracer.pass_times();
             let tracing = passes.iter().filter(|pass| TRACING.contains(&pass.name));
             millis.push(tracing.map(|pass| pass.millis).sum());
         }
         Ok(millis)
     }
-}
-
-fn picture(
-    tracer: &mut dyn Tracer,
-    scene: &FrameScene,
-    settings: &TraceSettings,
-) -> Result<Picture, Failure> {
-    tracer.refit(scene)?;
-    tracer.upload(scene, settings)?;
-    tracer.render()?;
-    Ok(tracer.picture()?)
 }
 
 /// A picture at another size, interpolated between the centres of its pixels.

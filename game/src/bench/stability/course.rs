@@ -9,6 +9,7 @@ use super::tally::Tally;
 use crate::args::BenchRequest;
 use crate::bench::report::{Better, Row, Trial};
 use crate::failure::Failure;
+use crate::stage::traced;
 
 /// What share of its known failures a form must show here, on other meshes and devices.
 const LEAST_OF_KNOWN: f64 = 0.1;
@@ -82,7 +83,7 @@ impl<'a> Course<'a> {
         size: UVec2,
         kernels: Kernels,
     ) -> Result<Picture, Failure> {
-        picture(self.tracer.as_mut(), scene, &settings(size, kernels))
+        traced(self.tracer.as_mut(), scene, &settings(size, kernels))
     }
 
     /// A row that must show no failure.
@@ -146,21 +147,6 @@ pub fn settings(size: UVec2, kernels: Kernels) -> TraceSettings {
         kernels,
         ..TraceSettings::default()
     }
-}
-
-/// A picture of a frame by any tracer.
-///
-/// # Errors
-/// Those of the tracer.
-pub fn picture(
-    tracer: &mut dyn Tracer,
-    scene: &FrameScene,
-    settings: &TraceSettings,
-) -> Result<Picture, Failure> {
-    tracer.refit(scene)?;
-    tracer.upload(scene, settings)?;
-    tracer.render()?;
-    Ok(tracer.picture()?)
 }
 
 /// A frame of these shapes, all of the default material.

@@ -9,10 +9,11 @@ use orrery_engine::frame::{FrameScene, Kernels, Light, LightKind, Offset, Shape,
 use orrery_engine::trace::reference::ReferenceTracer;
 use orrery_engine::world::{Material, MeshData, Reflection};
 
-use super::course::{Course, picture, ready, scene_of, settings};
+use super::course::{Course, ready, scene_of, settings};
 use super::scenes::off;
 use super::tally::Tally;
 use crate::failure::Failure;
+use crate::stage::traced;
 
 /// The suite.
 pub const NAME: &str = "gaps";
@@ -59,7 +60,7 @@ fn sweep(course: &mut Course, of_boxes: bool, kernels: Kernels) -> Result<(f64, 
     for step in (LEAST * STEPS..=0).rev() {
         let gap = 10_f64.powf(f64::from(step) / f64::from(STEPS));
         let scene = plates(gap, of_boxes).map_err(Failure::Input)?;
-        let truth = picture(&mut exact, &scene, &settings(SIZE, Kernels::default()))?;
+        let truth = traced(&mut exact, &scene, &settings(SIZE, Kernels::default()))?;
         let found = course.picture(&scene, SIZE, kernels)?;
         let wrong = off(&found, &truth, MOST);
         is_right &= wrong == 0;

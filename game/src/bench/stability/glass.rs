@@ -11,9 +11,10 @@ use orrery_engine::trace::Picture;
 use orrery_engine::trace::reference::ReferenceTracer;
 use orrery_engine::world::{Material, Reflection};
 
-use super::course::{Course, picture, ready, scene_of, settings};
+use super::course::{Course, ready, scene_of, settings};
 use super::tally::{Tally, Verdict};
 use crate::failure::Failure;
+use crate::stage::traced;
 
 /// The suite.
 pub const NAME: &str = "glass";
@@ -42,7 +43,7 @@ fn both(
 ) -> Result<[Picture; 2], Failure> {
     let found = course.picture(scene, size, kernels)?;
     let mut exact = ReferenceTracer::new();
-    let truth = picture(&mut exact, scene, &settings(size, Kernels::default()))?;
+    let truth = traced(&mut exact, scene, &settings(size, Kernels::default()))?;
     Ok([found, truth])
 }
 

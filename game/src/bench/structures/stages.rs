@@ -6,7 +6,7 @@ use std::sync::Arc;
 use bevy_ecs::prelude::{Entity, Or, With};
 use glam::{DAffine3, DVec3, UVec2};
 use orrery_engine::Engine;
-use orrery_engine::frame::{FrameScene, Shape, TraceSettings, View};
+use orrery_engine::frame::{FrameScene, Shape, View};
 use orrery_engine::profile;
 use orrery_engine::trace::Picture;
 use orrery_engine::world::{
@@ -137,14 +137,7 @@ fn hills_engine(triangles: usize, common: &Common, size: UVec2) -> Result<Engine
     let mut engine = Engine::new();
     engine.add_plugin(profile::plugin);
     let world = &mut engine.world;
-    world.insert_resource(TraceSettings {
-        size: common.size.unwrap_or(size),
-        samples: common.samples,
-        adaptive: common.adaptive,
-        cutoff: common.cutoff,
-        max_generations: common.depth,
-        ..TraceSettings::default()
-    });
+    world.insert_resource(stage::settings(common, size));
     let field = hills(triangles).map_err(Failure::Input)?;
     let field = world.resource_mut::<Meshes>().add(field);
     world.spawn((Transform::IDENTITY, Mesh(field)));
