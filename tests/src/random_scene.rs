@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use orrery_engine::frame::{FrameScene, Instance, Light, LightKind, Shape, View};
-use orrery_engine::world::{Lobe, Material, MeshData, Reflection};
+use orrery_engine::world::{Cone, Lobe, Material, MeshData, Reflection};
 
 /// A small, fast generator (PCG-like); good enough to place things.
 #[derive(Clone, Debug)]
@@ -224,12 +224,12 @@ fn random_instance(random: &mut Random, materials: usize) -> Instance {
                 random.cube() * 0.5,
                 random.cube() * 0.5 + random.direction() * 2.0,
             );
-            let shape = Shape::Cone {
+            let shape = Shape::Cone(Cone {
                 a,
                 radius_a,
                 b,
                 radius_b,
-            };
+            });
             (shape, uneven)
         }
         13 | 14 => (

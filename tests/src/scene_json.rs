@@ -3,15 +3,20 @@
 //! They go into a [`FrameScene`] directly, past the world: what is measured is the tracers. All
 //! conventions are those of the set: spanned cameras, linear colours, matrices of three rows applied last.
 
+mod file;
+
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use glam::{DAffine3, DMat3, DVec3, UVec2, Vec3};
 use orrery_engine::frame::{Features, FrameScene, Instance, Light, LightKind, Shape, View};
 use orrery_engine::world::{
-    Fade, Lobe, Material, MeshData, Polygon, Reflection, ToneMap, triangulate,
+    Cone, Fade, Lobe, Material, MeshData, Polygon, Reflection, ToneMap, triangulate,
 };
-use serde::Deserialize;
+
+use self::file::{
+    LightFile, LobeFile, MaterialFile, ObjectFile, ReflectionFile, SceneFile, ShapeFile,
+};
 
 /// A scene of the set, ready to be traced.
 #[derive(Clone, Debug)]
@@ -77,120 +82,6 @@ fn unsupported(file: &serde_json::Value) -> Option<String> {
     unknown.sort_unstable();
     unknown.dedup();
     (!unknown.is_empty()).then(|| unknown.join(", "))
-}
-
-#[derive(Deserialize)]
-struct SceneFile {
-    name: String,
-    width: u32,
-    height: u32,
-    camera: CameraFile,
-    background: [f32; 3],
-    max_trace_level: u32,
-    lights: Vec<LightFile>,
-    materials: BTreeMap<String, MaterialFile>,
-    objects: Vec<ObjectFile>,
-    invariant_with: Option<String>,
-    reference_kind: Option<String>,
-}
-
-#[derive(Deserialize)]
-struct CameraFile {
-    position: [f64; 3],
-    forward: [f64; 3],
-    right: [f64; 3],
-    up: [f64; 3],
-}
-
-#[derive(Deserialize)]
-struct LightFile {
-    position: [f64; 3],
-    color: [f32; 3],
-    fade: Option<FadeFile>,
-}
-
-#[derive(Deserialize)]
-struct FadeFile {
-    distance: f64,
-    power: f64,
-}
-
-#[derive(Deserialize)]
-struct MaterialFile {
-    color: [f32; 3],
-    diffuse: f32,
-    emission: f32,
-    phong: Option<LobeFile>,
-    specular: Option<LobeFile>,
-    reflection: Option<ReflectionFile>,
-    transmit: f32,
-    filter: f32,
-    ior: Option<f64>,
-}
-
-#[derive(Deserialize)]
-struct LobeFile {
-    k: f32,
-    n: f32,
-}
-
-#[derive(Deserialize)]
-#[serde(tag = "type", rename_all = "lowercase")]
-enum ReflectionFile {
-    Constant { k: [f32; 3] },
-    Fresnel,
-}
-
-#[derive(Deserialize)]
-struct ObjectFile {
-    material: String,
-    matrix: Option<[[f64; 4]; 3]>,
-    #[serde(flatten)]
-    shape: ShapeFile,
-}
-
-#[derive(Deserialize)]
-#[serde(tag = "type", rename_all = "lowercase")]
-enum ShapeFile {
-    Sphere {
-        center: [f64; 3],
-        radius: f64,
-    },
-    Plane {
-        normal: [f64; 3],
-        d: f64,
-    },
-    Box {
-        min: [f64; 3],
-        max: [f64; 3],
-    },
-    Disc {
-        center: [f64; 3],
-        normal: [f64; 3],
-        radius: f64,
-    },
-    Cylinder {
-        a: [f64; 3],
-        b: [f64; 3],
-        radius: f64,
-    },
-    Cone {
-        a: [f64; 3],
-        ra: f64,
-        b: [f64; 3],
-        rb: f64,
-    },
-    Torus {
-        major: f64,
-        minor: f64,
-    },
-    Mesh {
-        vertices: Vec<[f64; 3]>,
-        triangles: Vec<[u32; 3]>,
-    },
-    Polygon {
-        loops: Vec<Vec<[f64; 3]>>,
-    },
 }
 
 impl SceneFile {
@@ -307,18 +198,18 @@ impl ObjectFile {
                 normal: normal.into(),
                 radius,
             },
-            ShapeFile::Cylinder { a, b, radius } => Shape::Cone {
+            ShapeFile::Cylinder { a, b, radius } => Shape::Cone(Cone {
                 a: a.into(),
                 radius_a: radius,
                 b: b.into(),
                 radius_b: radius,
-            },
-            ShapeFile::Cone { a, ra, b, rb } => Shape::Cone {
+            }),
+            ShapeFile::Cone { a, ra, b, rb } => Shape::Cone(Cone {
                 a: a.into(),
                 radius_a: ra,
                 b: b.into(),
                 radius_b: rb,
-            },
+            }),
             ShapeFile::Torus { major, minor } => Shape::Torus { major, minor },
             ShapeFile::Mesh {
                 vertices,

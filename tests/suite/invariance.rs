@@ -7,7 +7,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, UVec2};
 use orrery_engine::frame::{FrameScene, Instance, LightKind, Shape, TraceSettings};
 use orrery_engine::trace::Backend;
-use orrery_engine::world::{MeshData, MeshRow};
+use orrery_engine::world::{Cone, MeshData, MeshRow};
 use orrery_tests::random_scene::random_scene;
 use orrery_tests::tracers;
 
@@ -51,17 +51,17 @@ impl Change {
                 normal,
                 radius: radius * self.factor,
             }),
-            Shape::Cone {
+            Shape::Cone(Cone {
                 a,
                 radius_a,
                 b,
                 radius_b,
-            } => Some(Shape::Cone {
+            }) => Some(Shape::Cone(Cone {
                 a: self.place(a),
                 radius_a: radius_a * self.factor,
                 b: self.place(b),
                 radius_b: radius_b * self.factor,
-            }),
+            })),
             _ => None,
         }
     }
@@ -145,7 +145,7 @@ fn base(unposed: bool) -> FrameScene {
                 *center = snap(*center) + pose.translation;
                 *pose = DAffine3::IDENTITY;
             }
-            Shape::Cone { a, b, .. } => {
+            Shape::Cone(Cone { a, b, .. }) => {
                 let at = pose.translation;
                 (*a, *b) = (snap(*a) + at, snap(*b) + at);
                 *pose = DAffine3::IDENTITY;

@@ -53,7 +53,7 @@ impl Features {
                 Shape::Plane { .. } => needs.planes = true,
                 Shape::Cuboid { .. } => needs.cuboids = true,
                 Shape::Disc { .. } => needs.discs = true,
-                Shape::Cone { .. } => needs.cones = true,
+                Shape::Cone(_) => needs.cones = true,
                 Shape::Torus { .. } => needs.tori = true,
             }
             let material = &scene.materials[instance.material as usize];

@@ -6,7 +6,7 @@ use glam::{DAffine3, DVec3};
 
 use super::extract::view_of;
 use super::{FrameScene, Instance, Shape, View};
-use crate::world::{Camera, Projection, Transform};
+use crate::world::{Camera, Cone, Projection, Transform};
 
 /// From the middle of the scene towards the eye.
 const TOWARDS_EYE: DVec3 = DVec3::new(0.5, 0.4, 1.0);
@@ -46,12 +46,12 @@ fn bounds(scene: &FrameScene, instance: &Instance) -> Option<(DVec3, DVec3)> {
         Shape::Sphere { radius } => (DVec3::splat(-radius), DVec3::splat(radius)),
         Shape::Cuboid { min, max } => (min, max),
         Shape::Disc { center, radius, .. } => (center - radius, center + radius),
-        Shape::Cone {
+        Shape::Cone(Cone {
             a,
             radius_a,
             b,
             radius_b,
-        } => (
+        }) => (
             (a - radius_a).min(b - radius_b),
             (a + radius_a).max(b + radius_b),
         ),

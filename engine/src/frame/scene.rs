@@ -7,7 +7,7 @@ use bevy_ecs::prelude::*;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::Features;
-use crate::world::{FARTHEST, Fade, Material, MeshRow, Table, ToneMap};
+use crate::world::{Cone, FARTHEST, Fade, Material, MeshRow, Table, ToneMap};
 
 /// Everything a tracer needs to know of a frame.
 #[derive(Resource, Clone, Debug, Default)]
@@ -160,16 +160,7 @@ pub enum Shape {
         radius: f64,
     },
     /// A cylinder or a cone between two points, closed; primitives: side 0, the cap at `a` 1, the cap at `b` 2.
-    Cone {
-        /// Middle of one cap.
-        a: DVec3,
-        /// Radius there, in local units.
-        radius_a: f64,
-        /// Middle of the other cap.
-        b: DVec3,
-        /// Radius there.
-        radius_b: f64,
-    },
+    Cone(Cone),
     /// A ring about the local Y axis around the local origin; primitive 0.
     Torus {
         /// From the origin to the middle of the tube.
@@ -194,12 +185,12 @@ impl Shape {
                 normal,
                 radius,
             } => upright(normal.normalize() * radius, radius, center),
-            Self::Cone {
+            Self::Cone(Cone {
                 a,
                 radius_a,
                 b,
                 radius_b,
-            } => upright((b - a) * 0.5, radius_a.max(radius_b), (a + b) * 0.5),
+            }) => upright((b - a) * 0.5, radius_a.max(radius_b), (a + b) * 0.5),
             Self::Torus { major, .. } => DAffine3::from_scale(DVec3::splat(major)),
         }
     }

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use orrery_engine::frame::{Features, FrameScene, Instance, Shape, View};
-use orrery_engine::world::MeshData;
+use orrery_engine::world::{Cone, MeshData};
 
 /// A mesh in object space.
 pub struct WorkMesh {
@@ -69,7 +69,7 @@ impl Work {
                     )),
                     None => builder.work.left_out += 1,
                 },
-                Shape::Disc { .. } | Shape::Cone { .. } | Shape::Torus { .. } => {
+                Shape::Disc { .. } | Shape::Cone(_) | Shape::Torus { .. } => {
                     builder.work.left_out += 1;
                 }
             }
@@ -200,12 +200,12 @@ fn farthest(scene: &FrameScene) -> f64 {
             Shape::Sphere { radius } => (DVec3::ZERO, radius),
             Shape::Cuboid { min, max } => ((min + max) * 0.5, (max - min).length() * 0.5),
             Shape::Disc { center, radius, .. } => (center, radius),
-            Shape::Cone {
+            Shape::Cone(Cone {
                 a,
                 radius_a,
                 b,
                 radius_b,
-            } => {
+            }) => {
                 let largest = radius_a.max(radius_b);
                 ((a + b) * 0.5, (b - a).length() * 0.5 + largest)
             }

@@ -218,19 +218,14 @@ impl SolidPartsItem<'_, '_> {
                 radius: disc.radius,
             }
         } else if let Some(cylinder) = self.cylinder {
-            Shape::Cone {
+            Shape::Cone(Cone {
                 a: cylinder.a,
                 radius_a: cylinder.radius,
                 b: cylinder.b,
                 radius_b: cylinder.radius,
-            }
-        } else if let Some(cone) = self.cone {
-            Shape::Cone {
-                a: cone.a,
-                radius_a: cone.radius_a,
-                b: cone.b,
-                radius_b: cone.radius_b,
-            }
+            })
+        } else if let Some(&cone) = self.cone {
+            Shape::Cone(cone)
         } else if let Some(&Torus { major, minor }) = self.torus {
             Shape::Torus { major, minor }
         } else {
@@ -261,12 +256,12 @@ fn is_drawable(world_from_local: DAffine3, shape: Shape, meshes: usize) -> bool 
             normal,
             radius,
         } => radius > 0.0 && normal.length().is_normal() && reaches(center.abs() + radius),
-        Shape::Cone {
+        Shape::Cone(Cone {
             a,
             radius_a,
             b,
             radius_b,
-        } => {
+        }) => {
             let radii = DVec2::new(radius_a, radius_b);
             // Longer or wider by more than this, the map to its own space is singular in f32.
             let slenderness = (b - a).length() / radii.max_element();

@@ -12,6 +12,7 @@ use crate::frame::wire::{
 };
 use crate::frame::{Instance, Shape};
 use crate::geom::{Aabb, AffineRows, PlaneFrame, SphereFrame};
+use crate::world::Cone;
 
 /// Most unit shapes fit into it.
 const UNIT_BOX: Aabb = Aabb {
@@ -148,9 +149,9 @@ pub fn instance_row<'a>(instance: &Instance, mesh: impl FnOnce(u32) -> &'a Packe
             };
             affine_row(KIND_DISC, world, &unit, bounds)
         }
-        Shape::Cone {
+        Shape::Cone(Cone {
             radius_a, radius_b, ..
-        } => {
+        }) => {
             let taper = (radius_b - radius_a) / radius_a.max(radius_b) * 0.5;
             with_parameter(affine_row(KIND_CONE, world, &unit, UNIT_BOX), taper)
         }

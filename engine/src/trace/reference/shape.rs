@@ -5,41 +5,28 @@
 
 use glam::{DVec2, DVec3};
 
+use crate::world::Cone;
+
 /// Primitives of a [`Cone`].
 const CONE_SIDE: u32 = 0;
 const CONE_CAP_A: u32 = 1;
 const CONE_CAP_B: u32 = 2;
 
-/// A cylinder or a cone, closed.
-#[derive(Clone, Copy)]
-pub struct Cone {
-    /// Middle of one cap.
-    pub a: DVec3,
-    /// Radius there.
-    pub radius_a: f64,
-    /// Middle of the other cap.
-    pub b: DVec3,
-    /// Radius there.
-    pub radius_b: f64,
+/// From one cap of a cone to the other: unit direction and distance.
+fn cone_axis(cone: &Cone) -> (DVec3, f64) {
+    let line = cone.b - cone.a;
+    (line.normalize(), line.length())
 }
 
-impl Cone {
-    /// From `a` to `b`: unit direction and distance.
-    fn axis(&self) -> (DVec3, f64) {
-        let line = self.b - self.a;
-        (line.normalize(), line.length())
-    }
-
-    /// Outward normal of a primitive at a point of it, of any length.
-    pub fn normal(&self, prim: u32, point: DVec3) -> DVec3 {
-        let (axis, height) = self.axis();
-        match prim {
-            CONE_CAP_A => -axis,
-            CONE_CAP_B => axis,
-            _ => {
-                let out = (point - self.a).reject_from_normalized(axis);
-                out.normalize_or_zero() - axis * ((self.radius_b - self.radius_a) / height)
-            }
+/// Outward normal of a cone's primitive at a point of it, of any length.
+pub fn cone_normal(cone: &Cone, prim: u32, point: DVec3) -> DVec3 {
+    let (axis, height) = cone_axis(cone);
+    match prim {
+        CONE_CAP_A => -axis,
+        CONE_CAP_B => axis,
+        _ => {
+            let out = (point - cone.a).reject_from_normalized(axis);
+            out.normalize_or_zero() - axis * ((cone.radius_b - cone.radius_a) / height)
         }
     }
 }
@@ -147,7 +134,7 @@ pub fn disc(ray: &LocalRay, center: DVec3, normal: DVec3, radius: f64) -> Vec<Lo
 
 /// A closed cone: the roots of its side that lie between the caps, and the caps as discs.
 pub fn cone(ray: &LocalRay, cone: &Cone) -> Vec<LocalHit> {
-    let (axis, height) = cone.axis();
+    let (axis, height) = cone_axis(cone);
     let growth = (cone.radius_b - cone.radius_a) / height;
     let origin = ray.origin - cone.a;
     // Heights and radii along the ray, and what is left across the axis.

@@ -2,13 +2,14 @@
 
 use glam::{DVec2, DVec3, Vec3};
 
-use super::shape::{Cone, LocalRay, cone, disc};
+use super::shape::{LocalRay, cone, cone_normal, disc};
 use super::torus::torus;
 use crate::geom::testing::{Random, Ulps};
 use crate::geom::{
     CONE_SIDE, cone_point, cone_radius, intersect_cone, intersect_disc, intersect_torus,
     torus_point,
 };
+use crate::world::Cone;
 
 /// Where a ray meets something, nearest first, and on which primitive.
 type Hits = Vec<(f64, u32)>;
@@ -80,7 +81,7 @@ impl Solid {
                 let taper = f64::from(taper);
                 let steepness = (1.0 + taper * taper).sqrt();
                 let radius = (1.0 - taper.abs()) + taper * p.y;
-                let normal = as_cone(taper as f32).normal(prim, p).normalize();
+                let normal = cone_normal(&as_cone(taper as f32), prim, p).normalize();
                 ((across.length() - radius) / steepness, normal)
             }
             Self::Cone { .. } => {

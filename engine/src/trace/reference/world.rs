@@ -5,12 +5,12 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec3};
 
 use super::deform;
-use super::shape::{self, Cone, LocalHit, LocalRay};
+use super::shape::{self, LocalHit, LocalRay};
 use super::torus::{self, on_torus, torus_normal};
 use super::tree::{MeshTree, enters};
 use crate::frame::{FrameScene, Shape};
 use crate::trace::Ray;
-use crate::world::{Deformation, MeshData, MeshRow};
+use crate::world::{Cone, Deformation, MeshData, MeshRow};
 
 /// Orders hits: t, then instance, then primitive.
 pub type Key = (f64, u32, u32);
@@ -176,19 +176,19 @@ impl World {
                 };
                 (centred, center)
             }
-            Shape::Cone {
+            Shape::Cone(Cone {
                 a,
                 radius_a,
                 b,
                 radius_b,
-            } => {
+            }) => {
                 let middle = (a + b) * 0.5;
-                let centred = Shape::Cone {
+                let centred = Shape::Cone(Cone {
                     a: a - middle,
                     radius_a,
                     b: b - middle,
                     radius_b,
-                };
+                });
                 (centred, middle)
             }
             Shape::Sphere { .. } | Shape::Torus { .. } | Shape::Vacant => (shape, DVec3::ZERO),
@@ -247,18 +247,7 @@ impl World {
                         offer(hit);
                     }
                 }
-                Shape::Cone {
-                    a,
-                    radius_a,
-                    b,
-                    radius_b,
-                } => {
-                    let cone = Cone {
-                        a,
-                        radius_a,
-                        b,
-                        radius_b,
-                    };
+                Shape::Cone(cone) => {
                     for hit in shape::cone(&local, &cone) {
                         offer(hit);
                     }
@@ -293,19 +282,12 @@ impl World {
                 }
             }
             Shape::Plane { normal, .. } | Shape::Disc { normal, .. } => (normal, normal),
-            Shape::Cone {
-                a,
-                radius_a,
-                b,
-                radius_b,
-            } => {
-                let cone = Cone {
-                    a,
-                    radius_a,
-                    b,
-                    radius_b,
-                };
-                let out = cone.normal(prim, placed.local_from_render.transform_point3(point));
+            Shape::Cone(cone) => {
+                let out = shape::cone_normal(
+                    &cone,
+                    prim,
+                    placed.local_from_render.transform_point3(point),
+                );
                 (out, out)
             }
             Shape::Torus { major, .. } => {

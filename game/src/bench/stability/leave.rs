@@ -8,6 +8,7 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 use orrery_engine::frame::{FrameScene, Kernels, Offset, Shape};
 use orrery_engine::trace::{Hit, Query, Ray};
+use orrery_engine::world::Cone;
 
 use super::course::{Course, ready, scene_of};
 use super::draw::Draw;
@@ -122,12 +123,12 @@ impl Crowd {
                 normal: DVec3::Y,
                 radius: 1.0,
             },
-            Kind::Cylinder | Kind::Cone => Shape::Cone {
+            Kind::Cylinder | Kind::Cone => Shape::Cone(Cone {
                 a: DVec3::NEG_Y,
                 radius_a: 1.0,
                 b: DVec3::Y,
                 radius_b: upper_radius(kind),
-            },
+            }),
             Kind::Torus => Shape::Torus {
                 major: MAJOR,
                 minor: MINOR,

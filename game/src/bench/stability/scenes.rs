@@ -3,7 +3,7 @@
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 use orrery_engine::frame::{FrameScene, Instance, Light, LightKind, Shape, View};
 use orrery_engine::trace::Picture;
-use orrery_engine::world::{Fade, Lobe, Material, Reflection};
+use orrery_engine::world::{Cone, Fade, Lobe, Material, Reflection};
 
 use super::course::ready;
 use super::draw::Draw;
@@ -57,12 +57,12 @@ fn shape(draw: &mut Draw) -> Shape {
             normal: DVec3::new(0.0, 0.8, 0.6),
             radius: 0.75,
         },
-        4 => Shape::Cone {
+        4 => Shape::Cone(Cone {
             a: DVec3::NEG_Y,
             radius_a: 0.75,
             b: DVec3::Y,
             radius_b: [0.75, 0.25, 0.0][draw.below(3)],
-        },
+        }),
         5 => Shape::Torus {
             major: 0.75,
             minor: 0.25,

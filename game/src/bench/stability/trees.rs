@@ -8,7 +8,7 @@
 use glam::{DAffine3, DQuat, DVec3, Vec3};
 use orrery_engine::frame::{BoxTest, FrameScene, Instance, Kernels, Offset, Shape, TriangleTest};
 use orrery_engine::trace::{Backend, Hit, Query, Ray};
-use orrery_engine::world::{MeshData, MeshRow, Structure};
+use orrery_engine::world::{Cone, MeshData, MeshRow, Structure};
 
 use super::course::{Course, ready, scene_of};
 use super::draw::Draw;
@@ -149,12 +149,12 @@ fn crowd_of(batch: u64) -> Result<FrameScene, Failure> {
                 normal: DVec3::Y,
                 radius: 0.5,
             },
-            7 => Shape::Cone {
+            7 => Shape::Cone(Cone {
                 a: half * DVec3::NEG_Y,
                 radius_a: 0.5,
                 b: half * DVec3::Y,
                 radius_b: 0.25,
-            },
+            }),
             9 => Shape::Torus {
                 major: 0.5,
                 minor: 0.25,
