@@ -51,7 +51,8 @@ Examples:
   orrery bench motion                            what it costs that things move, up to 100,000 of them
   orrery bench structures                        the 2008 report's bounding spheres beside boxes
   orrery bench stability --backend cpu           leaks, self-hits, lost boxes, far and tiny scenes, bad input
-  orrery check my_scene.ron                      every problem of a scene file with its place
+  orrery check my_scene.ron                      every problem of a scene or model file with its place
+  orrery model.obj                               a model by itself, lit and framed
 
 Exit codes: 0 done, 1 the input is bad, 2 usage, 3 no usable device.";
 

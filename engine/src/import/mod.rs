@@ -3,40 +3,69 @@
 //! An importer returns meshes and materials, or a sentence that says what is wrong with the file; it never
 //! panics and never touches the world.
 
+mod model;
 mod mtl;
 mod obj;
 mod poses;
 mod smooth;
 
+pub use model::{Content, Joints, Model, Node, Part, Solid, Warnings};
 pub use mtl::material_of;
 pub use obj::import_obj;
 pub use poses::import_pose;
 pub use smooth::{smooth, smooth_part};
 
-use crate::world::{Material, MeshData};
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::path::Path;
 
-/// What a model file holds.
-#[derive(Clone, Debug, Default)]
-pub struct Model {
-    /// One a group and material, in the file's order; none is empty.
-    pub parts: Vec<Part>,
-    /// The materials of the file, by name.
-    pub materials: Vec<(String, Material)>,
-    /// What is odd but did not stop the import: a material file that is missing, a face left out.
-    pub warnings: Vec<String>,
+/// A kind of file, by the ending of its name.
+struct Format {
+    endings: &'static [&'static str],
+    name: &'static str,
+    import: fn(&Path) -> Result<Model, String>,
 }
 
-/// One mesh of a [`Model`].
-#[derive(Clone, Debug)]
-pub struct Part {
-    /// Its triangles.
-    pub mesh: MeshData,
-    /// Row of [`Model::materials`].
-    pub material: Option<usize>,
-    /// The faces as the file has them.
-    pub outline: Outline,
-    /// Which vertex of the outline each vertex of the mesh is.
-    pub sources: Vec<u32>,
+/// All that can be read.
+const FORMATS: [Format; 1] = [Format {
+    endings: &["obj"],
+    name: "Wavefront OBJ",
+    import: import_obj,
+}];
+
+fn format_of(path: &Path) -> Option<&'static Format> {
+    let ending = path.extension()?.to_str()?.to_ascii_lowercase();
+    FORMATS
+        .iter()
+        .find(|format| format.endings.contains(&ending.as_str()))
+}
+
+/// Whether a file's name ends like one of a model.
+pub fn is_model(path: &Path) -> bool {
+    format_of(path).is_some()
+}
+
+/// The endings of model files, as a sentence lists them.
+pub fn endings() -> String {
+    let endings = FORMATS.iter().flat_map(|format| format.endings);
+    let dotted: Vec<String> = endings.map(|ending| format!(".{ending}")).collect();
+    dotted.join(", ")
+}
+
+/// Reads a model file of any format; the ending of its name says which.
+///
+/// # Errors
+/// A sentence without the file's name that says what is wrong, and where in the file. A reader that gives up in the
+/// middle is a mistake of ours or of its crate's; it is reported like that and ends nothing.
+pub fn import(path: &Path) -> Result<Model, String> {
+    let format =
+        format_of(path).ok_or_else(|| format!("its name does not end in one of {}", endings()))?;
+    caught(format.name, || (format.import)(path))
+}
+
+/// Calls a reader that may panic.
+fn caught<T>(format: &str, read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
+    catch_unwind(AssertUnwindSafe(read))
+        .unwrap_or_else(|_| Err(format!("the reader of {format} gave up")))
 }
 
 /// Faces without places: what all poses of a mesh have in common.
@@ -48,14 +77,4 @@ pub struct Outline {
     pub arities: Vec<u32>,
     /// Vertices at the corners, face by face.
     pub corners: Vec<u32>,
-}
-
-impl Model {
-    /// Triangles of all parts.
-    pub fn triangles(&self) -> usize {
-        self.parts
-            .iter()
-            .map(|part| part.mesh.triangles.len())
-            .sum()
-    }
 }

@@ -10,11 +10,8 @@ use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
-use super::{Model, Outline, Part, material_of};
+use super::{Content, Model, Node, Outline, Part, Warnings, material_of};
 use crate::world::{MeshData, Polygon, triangulate};
-
-/// Warnings kept for one file; broken files can have one a face.
-const MAX_WARNINGS: usize = 20;
 
 /// Reads an OBJ file and the MTL files it names, which are looked for beside it.
 ///
@@ -30,9 +27,8 @@ fn guarded<T>(path: &Path, read: impl FnOnce(&str) -> Result<T, String>) -> Resu
     let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
     // Some exporters write Latin-1 names; geometry is ASCII.
     let text = String::from_utf8_lossy(&bytes);
-    // What is known to make tobj 4.0 panic is taken out first; what is not must not end the program.
-    catch_unwind(AssertUnwindSafe(|| read(&plain(&text))))
-        .unwrap_or_else(|_| Err("it is not a valid OBJ file (the reader gave up)".into()))
+    // What is known to make tobj 4.0 panic is taken out; what is not, is caught by those who call importers.
+    read(&plain(&text))
 }
 
 /// The text without what tobj 4.0 refuses but geometry does not need: colours after a vertex (some files
@@ -60,7 +56,7 @@ fn plain(text: &str) -> String {
 
 fn read(text: &str, path: &Path) -> Result<Model, String> {
     // tobj asks for material files through a shared closure.
-    let warnings = RefCell::new(Vec::new());
+    let warnings = RefCell::new(Warnings::default());
     let folder = path.parent().unwrap_or(Path::new(""));
     let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |name| {
         Ok(load_materials(
@@ -77,22 +73,34 @@ fn read(text: &str, path: &Path) -> Result<Model, String> {
         .map(|material| (material.name.clone(), material_of(material)))
         .collect();
     let mut model = Model {
-        parts: Vec::new(),
         materials,
         warnings: warnings.into_inner(),
+        ..Model::default()
     };
     for source in &models {
         let (mesh, sources) = mesh_of(source, &mut model.warnings)?;
         if !mesh.triangles.is_empty() {
+            let content = Content::Part {
+                part: model.parts.len(),
+                material: source
+                    .mesh
+                    .material_id
+                    .filter(|&row| row < model.materials.len()),
+                skin: None,
+            };
+            model.nodes.push(Node {
+                name: source.name.clone(),
+                contents: vec![content],
+                ..Node::default()
+            });
             model.parts.push(Part {
                 mesh,
-                material: source.mesh.material_id,
                 outline: outline_of(&source.mesh),
                 sources,
+                ..Part::default()
             });
         }
     }
-    model.warnings.truncate(MAX_WARNINGS);
     if model.parts.is_empty() {
         return Err("it has no face".into());
     }
@@ -145,7 +153,7 @@ fn points(flat: &[f64]) -> Vec<DVec3> {
 fn load_materials(
     path: &Path,
     name: &Path,
-    warnings: &mut Vec<String>,
+    warnings: &mut Warnings,
 ) -> (Vec<tobj::Material>, HashMap<String, usize>) {
     let bytes = match std::fs::read(path) {
         Ok(bytes) => bytes,
@@ -178,7 +186,7 @@ fn load_materials(
 
 /// The text without colours that are not three numbers, at which tobj 4.0 panics. One number stands for
 /// three (as the format has it); other counts are left out with a warning.
-fn plain_materials(text: &str, name: &Path, warnings: &mut Vec<String>) -> String {
+fn plain_materials(text: &str, name: &Path, warnings: &mut Warnings) -> String {
     let mut plain = String::with_capacity(text.len());
     for (i, line) in text.lines().enumerate() {
         let words: Vec<&str> = line.split_whitespace().take(4).collect();
@@ -204,10 +212,7 @@ fn plain_materials(text: &str, name: &Path, warnings: &mut Vec<String>) -> Strin
 type Corner = (u32, Option<u32>);
 
 /// A group's mesh, and which vertex of the group each of its vertices is.
-fn mesh_of(
-    source: &tobj::Model,
-    warnings: &mut Vec<String>,
-) -> Result<(MeshData, Vec<u32>), String> {
+fn mesh_of(source: &tobj::Model, warnings: &mut Warnings) -> Result<(MeshData, Vec<u32>), String> {
     let mesh = &source.mesh;
     let positions = points(&mesh.positions);
     let normals = points(&mesh.normals);
@@ -224,10 +229,7 @@ fn mesh_of(
                     triangles.push(rows);
                 }
             }
-            Err(why) if warnings.len() < MAX_WARNINGS => {
-                warnings.push(format!("a face of `{}` is left out: {why}", source.name));
-            }
-            Err(_) => {}
+            Err(why) => warnings.push(format!("a face of `{}` is left out: {why}", source.name)),
         }
     }
     let mut normals = weld.normals;

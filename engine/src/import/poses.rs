@@ -5,7 +5,7 @@ use std::path::Path;
 use glam::DVec3;
 
 use super::obj::outlines;
-use super::{Model, Outline};
+use super::{Model, Outline, caught};
 use crate::world::FARTHEST;
 
 /// Where the vertices of a model's parts are in another file of the same faces, a list a part.
@@ -14,7 +14,7 @@ use crate::world::FARTHEST;
 /// A sentence without the file's name: it cannot be opened, is no OBJ, or has not the vertices and faces that
 /// the model has.
 pub fn import_pose(path: &Path, model: &Model) -> Result<Vec<Vec<DVec3>>, String> {
-    let groups = outlines(path)?;
+    let groups = caught("Wavefront OBJ", || outlines(path))?;
     // Parts whose every face was left out have no place in the model.
     let mut groups = groups.into_iter();
     let mut poses = Vec::with_capacity(model.parts.len());

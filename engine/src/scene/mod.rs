@@ -7,6 +7,7 @@
 //! [`fields`] is the one mechanism for edits: a value by (id, path).
 
 pub mod fields;
+mod model_file;
 mod problem;
 mod reader;
 mod resolve;
@@ -31,6 +32,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::reflect::AppTypeRegistry;
 
 use crate::app::Engine;
+use crate::import;
 use crate::schedule::FrameSet;
 
 /// Largest scene file that is read, bytes: a mesh belongs into a file of its own.
@@ -51,11 +53,14 @@ pub fn plugin(engine: &mut Engine) {
     );
 }
 
-/// Loads a scene file in place of the scene that is there.
+/// Loads a scene file in place of the scene that is there; a model file, as the scene that shows it.
 ///
 /// # Errors
 /// Every problem of the file; the world is then as it was.
 pub fn load(world: &mut World, path: &Path) -> Result<LoadReport, Problems> {
+    if import::is_model(path) {
+        return load_resolved(world, resolve::resolve_model(path));
+    }
     let text = read_text(path)?;
     load_text(world, &text, path)
 }
@@ -65,7 +70,13 @@ pub fn load(world: &mut World, path: &Path) -> Result<LoadReport, Problems> {
 /// # Errors
 /// See [`load`].
 pub fn load_text(world: &mut World, text: &str, path: &Path) -> Result<LoadReport, Problems> {
-    let (resolved, report) = resolve::resolve(text, path);
+    load_resolved(world, resolve::resolve(text, path))
+}
+
+fn load_resolved(
+    world: &mut World,
+    (resolved, report): (resolve::Resolved, Report),
+) -> Result<LoadReport, Problems> {
     if !report.problems.0.is_empty() {
         return Err(report.problems);
     }
@@ -77,8 +88,11 @@ pub fn load_text(world: &mut World, text: &str, path: &Path) -> Result<LoadRepor
     })
 }
 
-/// Lists every problem of a scene file, and what is right, without a world.
+/// Lists every problem of a scene file or a model file, and what is right, without a world.
 pub fn check(path: &Path) -> Report {
+    if import::is_model(path) {
+        return resolve::resolve_model(path).1;
+    }
     match read_text(path) {
         Ok(text) => check_text(&text, path),
         Err(problems) => Report {

@@ -8,12 +8,13 @@ use std::path::{Path, PathBuf};
 
 use glam::DVec3;
 
+use super::model_file;
 use super::problem::{Place, Problems, RawProblem, Report, Summary, locate, nearest};
 use super::reader::{Reader, Schema};
 use super::schema::{self, At, Entity, MeshFile, Scene, Shape};
 use super::syntax;
 use super::timeline::last_key;
-use crate::import::{Model, import_obj, smooth_part};
+use crate::import::{self, Content, Model, smooth_part};
 pub use poses::PoseKey;
 
 /// A scene and its meshes.
@@ -51,6 +52,27 @@ pub fn read(text: &str) -> (Scene, Vec<RawProblem>) {
 /// Reads, looks up every name, opens every file.
 pub fn resolve(text: &str, path: &Path) -> (Resolved, Report) {
     let (scene, problems) = read(text);
+    look_up((scene, problems), text, path)
+}
+
+/// A model file as the scene that shows it.
+pub fn resolve_model(path: &Path) -> (Resolved, Report) {
+    let (mut resolved, mut report) = look_up((model_file::scene_of(path), Vec::new()), "", path);
+    model_file::complete(&mut resolved);
+    for problem in report.problems.0.iter_mut().chain(&mut report.warnings) {
+        // Importers say where in the file; the scene that shows it is written nowhere.
+        (problem.line, problem.column) = (0, 0);
+        problem.field.clear();
+    }
+    (resolved, report)
+}
+
+/// Looks up every name, opens every file.
+fn look_up(
+    (scene, problems): (Scene, Vec<RawProblem>),
+    text: &str,
+    path: &Path,
+) -> (Resolved, Report) {
     let folder = path.parent().unwrap_or(Path::new(""));
     let mut resolver = Resolver::default();
     resolver.reader.problems = problems;
@@ -68,7 +90,8 @@ pub fn resolve(text: &str, path: &Path) -> (Resolved, Report) {
     resolver.summary.materials = scene.materials.len();
     resolver.summary.tracks = scene.timeline.tracks.len() + scene.timeline.paths.len();
     resolver.summary.timeline_secs = scene.timeline.length.unwrap_or(last_key(&scene.timeline));
-    if resolver.reader.problems.is_empty() {
+    // A model by itself is given what it lacks.
+    if resolver.reader.problems.is_empty() && !import::is_model(path) {
         resolver.warn_of_darkness(&scene);
     }
     let report = Report {
@@ -219,7 +242,7 @@ impl Resolver {
             match import(&folder.join(&mesh.path.value), mesh.smooth_angle) {
                 Ok(model) => {
                     self.warnings
-                        .extend(model.warnings.iter().map(|warning| RawProblem {
+                        .extend(model.warnings.sentences().iter().map(|warning| RawProblem {
                             place: place.clone(),
                             what: format!("`{}`: {warning}", mesh.path.value),
                             expected: None,
@@ -233,14 +256,22 @@ impl Resolver {
             }
         }
         if let Some(model) = self.models.get(&key) {
-            self.summary.meshes += 1;
+            self.summary.meshes += model.parts.len().min(1);
             self.summary.triangles += model.triangles();
+            for content in model.contents() {
+                self.summary.lights += usize::from(content.is_light());
+                self.summary.cameras += usize::from(matches!(content, Content::Camera(_)));
+                self.summary.shapes += usize::from(matches!(content, Content::Solid { .. }));
+            }
         } else if let Some(why) = self.failed.get(&key) {
             let file = folder.join(&mesh.path.value);
             let (what, expected) = if file.is_file() {
                 (
                     format!("the mesh `{}` cannot be used: {why}", mesh.path.value),
-                    "a valid OBJ file".into(),
+                    format!(
+                        "a valid file of a format whose name ends in {}",
+                        import::endings()
+                    ),
                 )
             } else {
                 let searched = file.parent().unwrap_or(folder).display();
@@ -272,7 +303,7 @@ fn find<'a>(entities: &'a [Entity], id: &str) -> Option<&'a Entity> {
 }
 
 fn import(path: &Path, smooth_angle: Option<f64>) -> Result<Model, String> {
-    let mut model = import_obj(path)?;
+    let mut model = import::import(path)?;
     if let Some(angle) = smooth_angle {
         for part in &mut model.parts {
             smooth_part(part, angle);

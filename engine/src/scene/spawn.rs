@@ -1,25 +1,27 @@
 //! A resolved scene to entities, and away with them again.
 
 mod deform;
+mod model;
 
 pub use deform::PoseFiles;
 use deform::{Poses, deform_by_formula, files_of};
+use model::Stored;
 
 use std::collections::{HashMap, HashSet};
 
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 
-use super::resolve::{MeshKey, Resolved, mesh_key};
-use super::schema::{self, Light, MeshFile, Motion, Shape};
+use super::resolve::{MeshKey, Resolved};
+use super::schema::{self, Light, Motion, Shape};
 use super::timeline::{Ids, Timeline};
 use crate::import::Model;
 use crate::world::{
     ActiveCamera, Background, Material, Mesh, MeshId, Meshes, SceneId, Surface, TraceDepth,
-    Transform, Visibility,
+    Visibility,
 };
 
-/// The mesh file an entity shows. One part stands on the entity itself, several on children that are
+/// The model file an entity shows. A single thing stands on the entity itself, several on children that are
 /// [`Imported`].
 #[derive(Component, Reflect, Clone, Debug, PartialEq)]
 #[reflect(Component, Clone, PartialEq)]
@@ -92,7 +94,7 @@ pub fn spawn(world: &mut World, resolved: Resolved) {
             read: poses,
             ..Poses::default()
         },
-        meshes: HashMap::new(),
+        stored: HashMap::new(),
         imported: HashMap::new(),
         taken: HashSet::new(),
         ids: Ids::default(),
@@ -122,8 +124,7 @@ pub fn spawn(world: &mut World, resolved: Resolved) {
 struct Spawner {
     models: HashMap<MeshKey, Model>,
     poses: Poses,
-    /// Parts of a model that is in the store already.
-    meshes: HashMap<MeshKey, Vec<(String, MeshId, Option<Entity>)>>,
+    stored: HashMap<MeshKey, Stored>,
     /// Materials of a file that the scene does not name itself.
     imported: HashMap<(String, String), Entity>,
     taken: HashSet<String>,
@@ -222,78 +223,13 @@ impl Spawner {
                 }
                 deform_by_formula(world, entity, &file.deform);
             }
-            Some(Shape::Mesh(mesh)) => self.mesh(world, entity, (file, mesh), material),
+            Some(Shape::Mesh(mesh)) => self.model(world, entity, (file, mesh), material),
             None => {}
         }
         for child in &file.children {
             self.entity(world, child, Some(entity));
         }
         entity
-    }
-
-    /// The parts of a mesh file, on the entity or on children of it.
-    fn mesh(
-        &mut self,
-        world: &mut World,
-        entity: Entity,
-        (file, mesh): (&schema::Entity, &MeshFile),
-        material: Option<Entity>,
-    ) {
-        let parts = self.parts(world, mesh);
-        world.entity_mut(entity).insert(MeshSource {
-            path: mesh.path.value.clone(),
-            smooth_angle: mesh.smooth_angle,
-        });
-        let single = parts.len() == 1;
-        for (number, (name, id, own_material)) in parts.into_iter().enumerate() {
-            let target = if single {
-                entity
-            } else {
-                world
-                    .spawn((
-                        ChildOf(entity),
-                        Name::new(name),
-                        Transform::IDENTITY,
-                        Imported,
-                    ))
-                    .id()
-            };
-            let mut part = world.entity_mut(target);
-            part.insert(Mesh(id));
-            if let Some(material) = material.or(own_material) {
-                part.insert(Surface(material));
-            }
-            if let Some(structure) = file.structure {
-                part.insert(structure);
-            }
-            self.deform(world, target, &file.deform, (mesh, number, id));
-        }
-    }
-
-    /// Name, mesh and material of each part of a file; the meshes are stored at its first use.
-    fn parts(
-        &mut self,
-        world: &mut World,
-        mesh: &MeshFile,
-    ) -> Vec<(String, MeshId, Option<Entity>)> {
-        let key = mesh_key(&mesh.path.value, mesh.smooth_angle);
-        if let Some(model) = self.models.remove(&key) {
-            let parts = model.parts.into_iter().map(|part| {
-                let material = part.material.and_then(|row| model.materials.get(row));
-                let material = material.map(|entry| self.imported_material(world, &key.0, entry));
-                let mut data = part.mesh;
-                data.path.clone_from(&key.0);
-                let name = data.name.clone();
-                (
-                    name,
-                    world.get_resource_or_init::<Meshes>().add(data),
-                    material,
-                )
-            });
-            let parts = parts.collect();
-            self.meshes.insert(key.clone(), parts);
-        }
-        self.meshes.get(&key).cloned().unwrap_or_default()
     }
 
     /// The entity of a file's material; one of the same name in the scene file stands in for it.

@@ -6,6 +6,7 @@
 
 mod camera;
 mod changes;
+mod clip;
 mod cycle;
 mod deform;
 mod identity;
@@ -24,6 +25,7 @@ mod visibility;
 
 pub use camera::{ActiveCamera, Camera, Projection, ToneMap, picture_camera};
 pub use changes::{any_changed, write_rows};
+pub use clip::{Channel, Clip, Interpolation, Track};
 pub use cycle::{Loop, turn};
 pub use deform::{
     DeformStep, Deformation, KeyFrames, Morph, Skin, SkinBinding, Twist, VertexSets, Wave,

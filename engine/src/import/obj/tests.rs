@@ -55,11 +55,14 @@ fn a_missing_material_file_is_a_warning() {
     let text = format!("mtllib gone.mtl\n{SQUARE}usemtl red\nf 1 2 3\n");
     let model = import(&text).unwrap();
     assert!(
-        model.warnings[0].contains("gone.mtl"),
+        model.warnings.sentences()[0].contains("gone.mtl"),
         "{:?}",
         model.warnings
     );
-    assert_eq!(model.parts[0].material, None);
+    assert!(matches!(
+        model.nodes[0].contents[..],
+        [Content::Part { material: None, .. }]
+    ));
 }
 
 #[test]
@@ -138,7 +141,7 @@ fn colours_on_some_vertices_and_continued_lines_are_read() {
 #[test]
 fn colours_of_materials_that_are_not_three_numbers_do_not_reach_the_reader() {
     let text = "newmtl a\nKd 0.5\nKs 1 2\nKe\nKa 1 2 3\nKd x y\nnewmtl b\n Kd 0.1 0.2 0.3 4\n";
-    let mut warnings = Vec::new();
+    let mut warnings = Warnings::default();
     let plain = plain_materials(text, Path::new("a.mtl"), &mut warnings);
     // Without a net: tobj itself must not panic.
     let (materials, _) = tobj::load_mtl_buf(&mut plain.as_bytes()).unwrap();
@@ -146,6 +149,7 @@ fn colours_of_materials_that_are_not_three_numbers_do_not_reach_the_reader() {
     assert_eq!(materials[0].ambient, Some([1.0, 2.0, 3.0]));
     assert_eq!(materials[0].specular, None);
     assert_eq!(materials[1].diffuse, Some([0.1, 0.2, 0.3]));
+    let warnings = warnings.sentences();
     assert_eq!(warnings.len(), 3, "{warnings:#?}");
     assert!(
         warnings[0].starts_with("line 3 of material file a.mtl"),

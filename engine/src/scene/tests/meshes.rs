@@ -91,3 +91,33 @@ fn a_mesh_that_cannot_be_used_says_why() {
     assert!(found[1].contains("did you mean `two.obj`?"), "{}", found[1]);
     std::fs::remove_dir_all(&folder).unwrap();
 }
+
+#[test]
+fn a_model_file_by_itself_is_a_scene_with_light() {
+    let folder = folder("alone");
+    let path = folder.join("two.obj");
+    let report = check(&path);
+    assert!(report.problems.0.is_empty(), "{:?}", report.problems);
+    assert_eq!((report.summary.meshes, report.summary.triangles), (1, 2));
+    let mut world = World::new();
+    load(&mut world, &path).unwrap_or_else(|problems| panic!("{problems}"));
+    let names: Vec<String> = parts(&mut world).into_iter().map(|part| part.0).collect();
+    assert_eq!(names, ["left", "right"]);
+    let mut lights = world.query::<&crate::world::DirectionalLight>();
+    assert_eq!(lights.iter(&world).count(), 2);
+    std::fs::remove_dir_all(folder).unwrap();
+}
+
+#[test]
+fn a_model_file_that_cannot_be_read_is_named_with_the_reason() {
+    let folder = folder("bad");
+    let path = folder.join("bad.obj");
+    std::fs::write(&path, "v 0 0 0\n").unwrap();
+    let told = check(&path).problems.to_string();
+    assert!(
+        told.contains("bad.obj") && told.contains("it has no face"),
+        "{told}"
+    );
+    assert!(load(&mut World::new(), &folder.join("gone.obj")).is_err());
+    std::fs::remove_dir_all(folder).unwrap();
+}

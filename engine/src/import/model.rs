@@ -1,0 +1,192 @@
+//! What a model file holds, as plain data between importers and the world.
+//!
+//! Importers fill it, the scene loader spawns it: a node becomes an entity, its contents become components. Rows
+//! name rows by their number; every number is in range and every coordinate finite when an importer hands it over.
+
+use std::sync::Arc;
+
+use glam::{DAffine3, Vec3};
+
+use super::Outline;
+use crate::world::{
+    Camera, Clip, Cone, Cylinder, DirectionalLight, KeyFrames, Material, MeshData, Morph,
+    PointLight, Shear, SkinBinding, Sphere, SpotLight, Transform,
+};
+
+/// What a model file holds.
+#[derive(Clone, Debug, Default)]
+pub struct Model {
+    /// Parents before their children.
+    pub nodes: Vec<Node>,
+    /// Meshes that nodes show; none is empty.
+    pub parts: Vec<Part>,
+    /// The materials of the file, by name.
+    pub materials: Vec<(String, Material)>,
+    /// Joints that meshes are bound to.
+    pub skins: Vec<Joints>,
+    /// Animations; [`crate::world::Track::target`] is a row of `nodes`.
+    pub clips: Vec<Clip>,
+    /// Linear RGB behind everything, where the file says it.
+    pub background: Option<Vec3>,
+    /// What is odd but did not stop the import.
+    pub warnings: Warnings,
+}
+
+/// An entity to be.
+#[derive(Clone, Debug, Default)]
+pub struct Node {
+    /// What the file calls it; may be empty, need not be unique.
+    pub name: String,
+    /// Row of [`Model::nodes`], less than this one's.
+    pub parent: Option<usize>,
+    /// Relative to the parent.
+    pub pose: Transform,
+    /// What the pose cannot say.
+    pub shear: Option<Shear>,
+    /// Neither it nor what is below it is shown.
+    pub hidden: bool,
+    /// What stands here; several become children of the entity.
+    pub contents: Vec<Content>,
+}
+
+/// Something at a node.
+#[derive(Clone, Debug)]
+pub enum Content {
+    /// A mesh.
+    Part {
+        /// Row of [`Model::parts`].
+        part: usize,
+        /// Row of [`Model::materials`].
+        material: Option<usize>,
+        /// Row of [`Model::skins`]; for parts with a binding.
+        skin: Option<usize>,
+    },
+    /// A solid by its numbers.
+    Solid {
+        /// Which.
+        solid: Solid,
+        /// Row of [`Model::materials`].
+        material: Option<usize>,
+    },
+    /// A light.
+    Point(PointLight),
+    /// A light.
+    Directional(DirectionalLight),
+    /// A light.
+    Spot(SpotLight),
+    /// An eye.
+    Camera(Camera),
+}
+
+/// A solid that files hold by its numbers.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Solid {
+    /// About the node's origin.
+    Sphere(Sphere),
+    /// Between two points.
+    Cylinder(Cylinder),
+    /// Between two points.
+    Cone(Cone),
+}
+
+/// One mesh of a [`Model`].
+#[derive(Clone, Debug, Default)]
+pub struct Part {
+    /// Its triangles.
+    pub mesh: MeshData,
+    /// The faces as the file has them; empty where no other file can be a pose of this one.
+    pub outline: Outline,
+    /// Which vertex of the outline each vertex of the mesh is.
+    pub sources: Vec<u32>,
+    /// Poses that the file plays through.
+    pub keys: Option<KeyFrames>,
+    /// Morph targets, and the weights they have at rest.
+    pub morph: Option<Morph>,
+    /// Which joints of a [`Content::Part`]'s skin hold which vertex.
+    pub binding: Option<Arc<SkinBinding>>,
+}
+
+/// Joints of a skin.
+#[derive(Clone, Debug, Default)]
+pub struct Joints {
+    /// Rows of [`Model::nodes`].
+    pub nodes: Vec<usize>,
+    /// In the bind pose, one a joint (the inverse bind matrices).
+    pub joint_from_mesh: Vec<DAffine3>,
+}
+
+/// Sentences about what is odd in a file: a texture that is missing, a face left out. Broken files can have one a
+/// face, so only the first few are kept and the rest counted.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Warnings {
+    told: Vec<String>,
+    untold: usize,
+}
+
+impl Model {
+    /// Adds a node, and says its row.
+    pub fn add_node(&mut self, node: Node) -> usize {
+        self.nodes.push(node);
+        self.nodes.len() - 1
+    }
+
+    /// Triangles of all parts.
+    pub fn triangles(&self) -> usize {
+        let parts = self.parts.iter();
+        parts.map(|part| part.mesh.triangles.len()).sum()
+    }
+
+    /// All that stands anywhere.
+    pub fn contents(&self) -> impl Iterator<Item = &Content> {
+        self.nodes.iter().flat_map(|node| &node.contents)
+    }
+}
+
+impl Content {
+    /// Whether it shines.
+    pub fn is_light(&self) -> bool {
+        matches!(self, Self::Point(_) | Self::Directional(_) | Self::Spot(_))
+    }
+}
+
+impl Warnings {
+    /// Warnings kept for one file.
+    const MOST: usize = 20;
+
+    /// Adds a sentence, once.
+    pub fn push(&mut self, sentence: impl Into<String>) {
+        let sentence = sentence.into();
+        if self.told.contains(&sentence) {
+            return;
+        }
+        if self.told.len() < Self::MOST {
+            self.told.push(sentence);
+        } else {
+            self.untold += 1;
+        }
+    }
+
+    /// The sentences; the last one says how many more there were.
+    pub fn sentences(&self) -> Vec<String> {
+        let rest = (self.untold > 0).then(|| format!("and {} more", self.untold));
+        self.told.iter().cloned().chain(rest).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_first_warnings_are_told_and_the_rest_counted() {
+        let mut warnings = Warnings::default();
+        for face in 0..100 {
+            warnings.push(format!("face {face}"));
+            warnings.push("the same");
+        }
+        let told = warnings.sentences();
+        assert_eq!(told.len(), Warnings::MOST + 1);
+        assert_eq!((told[1].as_str(), told[2].as_str()), ("the same", "face 1"));
+        assert_eq!(told.last().map(String::as_str), Some("and 81 more"));
+    }
+}

@@ -1,0 +1,58 @@
+//! Clips: animations that files bring along, as keys of the poses of entities.
+
+/// An animation of some entities.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Clip {
+    /// What the file calls it.
+    pub name: String,
+    /// Seconds at which it begins.
+    pub start: f64,
+    /// Seconds at which it ends; not before it begins.
+    pub end: f64,
+    /// What it moves.
+    pub tracks: Vec<Track>,
+}
+
+/// Keys of one value of one entity.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Track {
+    /// Which of the entities that the clip's owner knows.
+    pub target: usize,
+    /// What it writes.
+    pub channel: Channel,
+    /// Seconds, rising; at least one.
+    pub times: Vec<f64>,
+    /// Key by key: [`Channel`]'s numbers; with [`Interpolation::Cubic`] three times as many: the velocity (a second)
+    /// with which the key is reached, the value, the velocity with which it is left.
+    pub values: Vec<f64>,
+    /// What is between the keys.
+    pub interpolation: Interpolation,
+}
+
+/// What a [`Track`] writes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Channel {
+    /// Three numbers.
+    Translation,
+    /// A unit quaternion: x, y, z, w.
+    Rotation,
+    /// Three numbers.
+    Scale,
+    /// Weights of morph targets: as many numbers as there are targets.
+    Weights,
+    /// A camera's full vertical opening angle, radians.
+    VerticalFov,
+    /// Shown from 0.5 on.
+    Shown,
+}
+
+/// What is between two keys.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Interpolation {
+    /// The earlier one.
+    Step,
+    /// The straight way; rotations by the shorter arc.
+    Linear,
+    /// The cubic Hermite curve.
+    Cubic,
+}
