@@ -2,6 +2,7 @@
 
 mod bench;
 mod cli;
+mod coincident;
 mod device_instances;
 mod device_trees;
 mod gpu;

@@ -8,7 +8,11 @@
 //! 1. *Camera ray*, generation 1, through the pixel's sample ([`crate::frame::sample_offset`]). All pixels take as many,
 //!    or after the first only those that differ from a neighbour (Whitted's section on aliasing).
 //! 2. *Closest hit* over all instances. Equal t resolves to the lower (instance id, primitive id), so
-//!    neither tree nor traversal order shows in the picture. The primitive a ray starts on is left out by
+//!    neither tree nor traversal order shows in the picture. Of things in one place under one transform, or one that
+//!    differs in scale by a power of two, the lower instance is seen. Where other transforms bring surfaces to one place,
+//!    each has its roundings, in f64 too, and what is seen changes from pixel to pixel, if never from run to run: t cannot
+//!    tell them from surfaces that lie so close, whose order it must keep, and a tolerance would not order three of
+//!    them. They need one transform, or a distance. The primitive a ray starts on is left out by
 //!    id (curved ones answer with their other root); origins are moved off the surface along its normal by
 //!    a bound on the hit point's rounding error (pbrt-v4, 6.8), never by a length out of the air.
 //! 3. *Local light* (POV-Ray 3.7's model, see [`crate::world::Material`]): emission, and for each light with N.L > 1e-10 a
