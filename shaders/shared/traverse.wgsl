@@ -26,6 +26,10 @@
 #ifdef CONES
 #import orrery::cone::hit_cone
 #endif
+#ifdef OPEN_CONES
+#import orrery::cone::CONE_SIDE
+#import orrery::types::CONE_OPEN
+#endif
 #ifdef TORI
 #import orrery::torus::hit_torus
 #endif
@@ -296,7 +300,14 @@ fn offer_disc(probe: Probe, best: Found, row: u32) -> Found {
 fn offer_cone(probe: Probe, so_far: Found, row: u32) -> Found {
     let rows = instances[row].local_from_world;
     let start = select(NONE, probe.start_prim, probe.start_row == row);
-    let hit = hit_cone(map_point(rows, probe.origin), map_vector(rows, probe.dir), instances[row].parameter, start);
+    var hit = hit_cone(map_point(rows, probe.origin), map_vector(rows, probe.dir), instances[row].parameter, start);
+#ifdef OPEN_CONES
+    // The side of the closed one: what enters or leaves that by a cap misses it there.
+    if instances[row].root == CONE_OPEN {
+        hit.enters = hit.enters && hit.near_prim == CONE_SIDE;
+        hit.leaves = hit.leaves && hit.far_prim == CONE_SIDE;
+    }
+#endif
     var best = so_far;
     if hit.enters {
         best = offer(probe, best, Found(Key(hit.near, row, hit.near_prim), row, NONE, vec2f(0.0)));

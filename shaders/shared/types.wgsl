@@ -12,6 +12,7 @@ const KIND_PLANE: u32 = 4u;
 const KIND_DISC: u32 = 5u;
 const KIND_CONE: u32 = 6u;
 const KIND_TORUS: u32 = 7u;
+const CONE_OPEN: u32 = 1u;
 const ROOT_OF_SPHERES: u32 = 0x80000000u;
 const MATERIAL_FRESNEL: u32 = 1u;
 const MATERIAL_MIRROR: u32 = 2u;

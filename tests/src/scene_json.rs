@@ -203,12 +203,14 @@ impl ObjectFile {
                 radius_a: radius,
                 b: b.into(),
                 radius_b: radius,
+                open: false,
             }),
             ShapeFile::Cone { a, ra, b, rb } => Shape::Cone(Cone {
                 a: a.into(),
                 radius_a: ra,
                 b: b.into(),
                 radius_b: rb,
+                open: false,
             }),
             ShapeFile::Torus { major, minor } => Shape::Torus { major, minor },
             ShapeFile::Mesh {

@@ -56,11 +56,13 @@ impl Change {
                 radius_a,
                 b,
                 radius_b,
+                open,
             }) => Some(Shape::Cone(Cone {
                 a: self.place(a),
                 radius_a: radius_a * self.factor,
                 b: self.place(b),
                 radius_b: radius_b * self.factor,
+                open,
             })),
             _ => None,
         }

@@ -193,7 +193,7 @@ macro_rules! constants {
 
 fn rust_constants() -> BTreeMap<String, u32> {
     let of_rows = constants!(wire:
-        NONE, ROOT_OF_SPHERES, KIND_MESH, KIND_SPHERE, KIND_ELLIPSOID, KIND_CUBOID, KIND_PLANE,
+        NONE, CONE_OPEN, ROOT_OF_SPHERES, KIND_MESH, KIND_SPHERE, KIND_ELLIPSOID, KIND_CUBOID, KIND_PLANE,
         KIND_DISC, KIND_CONE, KIND_TORUS,
         MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, LIGHT_POINT, LIGHT_DIRECTIONAL,
         LIGHT_SPOT, PROJECTION_PERSPECTIVE, PROJECTION_ORTHOGRAPHIC, QUERY_CLOSEST, QUERY_ANY,
@@ -291,6 +291,7 @@ pub fn all_features() -> Features {
         discs: true,
         cones: true,
         tori: true,
+        open_cones: true,
         spot_lights: true,
         directional_lights: true,
         fade: true,

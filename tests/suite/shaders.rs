@@ -6,7 +6,7 @@ use orrery_engine::trace::gpu::{Kernel, Specialisation, shader_source};
 use crate::layout::all_features;
 
 /// Number of switches in [`Features`].
-const SWITCHES: u32 = 14;
+const SWITCHES: u32 = 15;
 
 /// The features whose bits are set.
 fn features(bits: u32) -> Features {
@@ -26,6 +26,7 @@ fn features(bits: u32) -> Features {
         discs: bit(11),
         cones: bit(12),
         tori: bit(13),
+        open_cones: bit(14),
     }
 }
 

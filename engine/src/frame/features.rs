@@ -26,6 +26,8 @@ pub struct Features {
     pub discs: bool,
     /// There are cylinders or cones.
     pub cones: bool,
+    /// Some cylinder or cone is without caps.
+    pub open_cones: bool,
     /// There are tori.
     pub tori: bool,
     /// There are spot lights.
@@ -53,7 +55,10 @@ impl Features {
                 Shape::Plane { .. } => needs.planes = true,
                 Shape::Cuboid { .. } => needs.cuboids = true,
                 Shape::Disc { .. } => needs.discs = true,
-                Shape::Cone(_) => needs.cones = true,
+                Shape::Cone(cone) => {
+                    needs.cones = true;
+                    needs.open_cones |= cone.open;
+                }
                 Shape::Torus { .. } => needs.tori = true,
             }
             let material = &scene.materials[instance.material as usize];

@@ -51,6 +51,7 @@ fn bounds(scene: &FrameScene, instance: &Instance) -> Option<(DVec3, DVec3)> {
             radius_a,
             b,
             radius_b,
+            ..
         }) => (
             (a - radius_a).min(b - radius_b),
             (a + radius_a).max(b + radius_b),

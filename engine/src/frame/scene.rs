@@ -159,7 +159,7 @@ pub enum Shape {
         /// Local units.
         radius: f64,
     },
-    /// A cylinder or a cone between two points, closed; primitives: side 0, the cap at `a` 1, the cap at `b` 2.
+    /// A cylinder or a cone between two points; primitives: side 0, the cap at `a` 1, the cap at `b` 2.
     Cone(Cone),
     /// A ring about the local Y axis around the local origin; primitive 0.
     Torus {
@@ -190,6 +190,7 @@ impl Shape {
                 radius_a,
                 b,
                 radius_b,
+                ..
             }) => upright((b - a) * 0.5, radius_a.max(radius_b), (a + b) * 0.5),
             Self::Torus { major, .. } => DAffine3::from_scale(DVec3::splat(major)),
         }

@@ -30,10 +30,12 @@ pub const KIND_CUBOID: u32 = 3;
 pub const KIND_PLANE: u32 = 4;
 /// [`InstanceRow::kind`]: the unit disc across Y in local space.
 pub const KIND_DISC: u32 = 5;
-/// [`InstanceRow::kind`]: a closed cone about Y in local space, |y| <= 1, its larger radius 1.
+/// [`InstanceRow::kind`]: a cone about Y in local space, |y| <= 1, its larger radius 1.
 pub const KIND_CONE: u32 = 6;
 /// [`InstanceRow::kind`]: a torus about Y in local space, its major radius 1.
 pub const KIND_TORUS: u32 = 7;
+/// [`InstanceRow::root`] of cones: the side alone, no caps.
+pub const CONE_OPEN: u32 = 1;
 /// [`InstanceRow::root`]: the tree's nodes hold spheres, not boxes.
 pub const ROOT_OF_SPHERES: u32 = 1 << 31;
 /// [`MaterialRow::flags`]: reflection by Fresnel's formula; `reflection` is unused.
@@ -149,7 +151,7 @@ pub struct InstanceRow {
     /// Row of materials.
     pub material: u32,
     /// Meshes: root of the mesh's tree among the nodes, with [`ROOT_OF_SPHERES`]. Child indices in a tree count
-    /// from its root.
+    /// from its root. Cones: 0, or [`CONE_OPEN`].
     pub root: u32,
     /// Meshes: first row of its triangles. Leaf ranges of the tree count from here.
     pub first_triangle: u32,

@@ -105,7 +105,7 @@ impl Default for Disc {
     }
 }
 
-/// A cylinder between two points, closed with flat caps.
+/// A cylinder between two points, closed with flat caps or open: a tube.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[require(Transform, Visibility)]
@@ -117,6 +117,8 @@ pub struct Cylinder {
     pub b: DVec3,
     /// Local units, > 0.
     pub radius: f64,
+    /// Without caps: the side alone, seen from within as well.
+    pub open: bool,
 }
 
 impl Default for Cylinder {
@@ -125,11 +127,12 @@ impl Default for Cylinder {
             a: DVec3::ZERO,
             b: DVec3::Y,
             radius: 0.5,
+            open: false,
         }
     }
 }
 
-/// A cone between two points, closed with flat caps; truncated where neither radius is 0.
+/// A cone between two points, closed with flat caps or open; truncated where neither radius is 0.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[require(Transform, Visibility)]
@@ -143,6 +146,8 @@ pub struct Cone {
     pub b: DVec3,
     /// Radius there.
     pub radius_b: f64,
+    /// Without caps: the side alone, seen from within as well.
+    pub open: bool,
 }
 
 impl Default for Cone {
@@ -152,6 +157,7 @@ impl Default for Cone {
             radius_a: 0.5,
             b: DVec3::Y,
             radius_b: 0.0,
+            open: false,
         }
     }
 }

@@ -205,6 +205,7 @@ fn farthest(scene: &FrameScene) -> f64 {
                 radius_a,
                 b,
                 radius_b,
+                ..
             }) => {
                 let largest = radius_a.max(radius_b);
                 ((a + b) * 0.5, (b - a).length() * 0.5 + largest)

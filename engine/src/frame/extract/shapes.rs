@@ -223,6 +223,7 @@ impl SolidPartsItem<'_, '_> {
                 radius_a: cylinder.radius,
                 b: cylinder.b,
                 radius_b: cylinder.radius,
+                open: cylinder.open,
             })
         } else if let Some(&cone) = self.cone {
             Shape::Cone(cone)
@@ -261,6 +262,7 @@ fn is_drawable(world_from_local: DAffine3, shape: Shape, meshes: usize) -> bool 
             radius_a,
             b,
             radius_b,
+            ..
         }) => {
             let radii = DVec2::new(radius_a, radius_b);
             // Longer or wider by more than this, the map to its own space is singular in f32.

@@ -111,7 +111,7 @@ pub fn all() -> &'static [Field] {
     &FIELDS
 }
 
-static FIELDS: [Field; 53] = [
+static FIELDS: [Field; 55] = [
     field!("transform.translation": Vec3 in [Transform],
         |c| Some(c.translation), |c, v| c.translation = v),
     field!("transform.rotation": Rotation in [Transform],
@@ -134,12 +134,14 @@ static FIELDS: [Field; 53] = [
     field!("cylinder.b": Vec3 in [Cylinder], |c| Some(c.b), |c, v| c.b = v),
     field!("cylinder.radius": Number in [Cylinder],
         |c| Some(c.radius), |c, v| c.radius = v, range::positive),
+    field!("cylinder.open": Bool in [Cylinder], |c| Some(c.open), |c, v| c.open = v),
     field!("cone.a": Vec3 in [Cone], |c| Some(c.a), |c, v| c.a = v),
     field!("cone.radius_a": Number in [Cone],
         |c| Some(c.radius_a), |c, v| c.radius_a = v, range::radius),
     field!("cone.b": Vec3 in [Cone], |c| Some(c.b), |c, v| c.b = v),
     field!("cone.radius_b": Number in [Cone],
         |c| Some(c.radius_b), |c, v| c.radius_b = v, range::radius),
+    field!("cone.open": Bool in [Cone], |c| Some(c.open), |c, v| c.open = v),
     field!("torus.major": Number in [Torus],
         |c| Some(c.major), |c, v| c.major = v, range::positive),
     field!("torus.minor": Number in [Torus],

@@ -114,6 +114,7 @@ record!("a cylinder", Cylinder {
     "a" => a: DVec3;
     "b" => b: DVec3;
     "radius" => radius: f64, range::positive;
+    "open" => open: bool;
 }, is_a_cylinder);
 
 record!("a cone", Cone {
@@ -121,6 +122,7 @@ record!("a cone", Cone {
     "radius_a" => radius_a: f64, range::radius;
     "b" => b: DVec3;
     "radius_b" => radius_b: f64, range::radius;
+    "open" => open: bool;
 }, is_a_cone);
 
 record!("a torus", Torus {

@@ -122,12 +122,14 @@ pub(super) fn shape(chance: &mut Chance) -> s::Shape {
             a: vector(chance),
             b: vector(chance) + DVec3::splat(0.5e8),
             radius: size(chance),
+            open: chance.one_in(2),
         }),
         5 => s::Shape::Cone(Cone {
             a: vector(chance),
             radius_a: if chance.one_in(2) { 0.0 } else { size(chance) },
             b: vector(chance) + DVec3::splat(0.5e8),
             radius_b: size(chance),
+            open: chance.one_in(2),
         }),
         6 => {
             let minor = size(chance);

@@ -7,13 +7,13 @@ use glam::{Vec3, Vec4};
 use super::enter::{enter_bare_boxes, enter_boxes, enter_spheres};
 use crate::bvh::{Child, Node4, TRAVERSAL_CAPACITY};
 use crate::frame::wire::{
-    InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE,
-    KIND_TORUS, NONE, ROOT_OF_SPHERES,
+    CONE_OPEN, InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH,
+    KIND_SPHERE, KIND_TORUS, NONE, ROOT_OF_SPHERES,
 };
 use crate::frame::{BoxTest, TriangleTest};
 use crate::geom::{
-    Shear, SlabRay, SphereFrame, TriangleHit, intersect_cone, intersect_cuboid, intersect_disc,
-    intersect_torus, intersect_triangle_unshared,
+    CONE_SIDE, Shear, SlabRay, SphereFrame, TriangleHit, intersect_cone, intersect_cuboid,
+    intersect_disc, intersect_torus, intersect_triangle_unshared,
 };
 use crate::trace::PackedScene;
 
@@ -198,7 +198,7 @@ impl<const ANY: bool> Search<'_, ANY> {
             KIND_ELLIPSOID => self.sphere(index, &SphereFrame::UNIT, origin, dir),
             KIND_CUBOID => self.cuboid(index, origin, dir),
             KIND_DISC => self.disc(index, origin, dir),
-            KIND_CONE => self.cone(index, origin, dir, row.parameter),
+            KIND_CONE => self.cone(index, row, origin, dir),
             KIND_TORUS => self.torus(index, origin, dir, row.parameter),
             _ => false,
         }
@@ -229,11 +229,14 @@ impl<const ANY: bool> Search<'_, ANY> {
         t.is_some_and(|t| self.offer(Key { t, id, prim: 0 }, NONE, [0.0; 2]))
     }
 
-    fn cone(&mut self, id: u32, origin: Vec3, dir: Vec3, taper: f32) -> bool {
+    /// An open one is the side of the closed one: what enters or leaves that by a cap misses it there.
+    fn cone(&mut self, id: u32, row: &InstanceRow, origin: Vec3, dir: Vec3) -> bool {
         let start = self.probe.start;
         let start = (start.id == id).then_some(start.prim);
-        let hits = intersect_cone(origin, dir, taper, start);
-        let mut hits = hits.into_iter().flatten();
+        let is_open = row.root == CONE_OPEN;
+        let hits = intersect_cone(origin, dir, row.parameter, start);
+        let hits = hits.into_iter().flatten();
+        let mut hits = hits.filter(|&(_, prim)| !is_open || prim == CONE_SIDE);
         hits.any(|(t, prim)| self.offer(Key { t, id, prim }, NONE, [0.0; 2]))
     }
 

@@ -176,6 +176,7 @@ impl Specialisation {
             ("CUBOIDS", f.cuboids),
             ("DISCS", f.discs),
             ("CONES", f.cones),
+            ("OPEN_CONES", f.open_cones),
             ("TORI", f.tori),
             ("SPOT_LIGHTS", f.spot_lights),
             ("DIRECTIONAL_LIGHTS", f.directional_lights),

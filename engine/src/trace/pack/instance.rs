@@ -7,8 +7,8 @@ use glam::{DAffine3, DMat3, DVec3, Vec3};
 
 use super::mesh::PackedMesh;
 use crate::frame::wire::{
-    InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE,
-    KIND_SPHERE, KIND_TORUS, NONE,
+    CONE_OPEN, InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH,
+    KIND_PLANE, KIND_SPHERE, KIND_TORUS, NONE,
 };
 use crate::frame::{Instance, Shape};
 use crate::geom::{Aabb, AffineRows, PlaneFrame, SphereFrame};
@@ -150,10 +150,15 @@ pub fn instance_row<'a>(instance: &Instance, mesh: impl FnOnce(u32) -> &'a Packe
             affine_row(KIND_DISC, world, &unit, bounds)
         }
         Shape::Cone(Cone {
-            radius_a, radius_b, ..
+            radius_a,
+            radius_b,
+            open,
+            ..
         }) => {
             let taper = (radius_b - radius_a) / radius_a.max(radius_b) * 0.5;
-            with_parameter(affine_row(KIND_CONE, world, &unit, UNIT_BOX), taper)
+            let mut packed = affine_row(KIND_CONE, world, &unit, UNIT_BOX);
+            packed.0.root = if open { CONE_OPEN } else { 0 };
+            with_parameter(packed, taper)
         }
         Shape::Torus { major, minor } => {
             let parameter = minor / major;

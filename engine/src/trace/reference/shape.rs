@@ -132,7 +132,7 @@ pub fn disc(ray: &LocalRay, center: DVec3, normal: DVec3, radius: f64) -> Vec<Lo
     hits
 }
 
-/// A closed cone: the roots of its side that lie between the caps, and the caps as discs.
+/// A cone: the roots of its side that lie between the caps, and the caps as discs unless it is open.
 pub fn cone(ray: &LocalRay, cone: &Cone) -> Vec<LocalHit> {
     let (axis, height) = cone_axis(cone);
     let growth = (cone.radius_b - cone.radius_a) / height;
@@ -154,6 +154,9 @@ pub fn cone(ray: &LocalRay, cone: &Cone) -> Vec<LocalHit> {
     let is_between = |t: &f64| (0.0..=height).contains(&(y + dy * t)) && w + dw * t >= 0.0;
     let sides = roots.into_iter().filter(is_between);
     let mut hits: Vec<_> = sides.map(|t| LocalHit::on(CONE_SIDE, t)).collect();
+    if cone.open {
+        return hits;
+    }
     for (prim, center, radius) in [
         (CONE_CAP_A, cone.a, cone.radius_a),
         (CONE_CAP_B, cone.b, cone.radius_b),

@@ -134,6 +134,7 @@ fn as_cone(taper: f32) -> Cone {
         radius_a: (1.0 - taper.abs()) - taper,
         b: DVec3::Y,
         radius_b: (1.0 - taper.abs()) + taper,
+        open: false,
     }
 }
 

@@ -181,6 +181,7 @@ impl World {
                 radius_a,
                 b,
                 radius_b,
+                open,
             }) => {
                 let middle = (a + b) * 0.5;
                 let centred = Shape::Cone(Cone {
@@ -188,6 +189,7 @@ impl World {
                     radius_a,
                     b: b - middle,
                     radius_b,
+                    open,
                 });
                 (centred, middle)
             }

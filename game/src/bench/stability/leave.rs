@@ -128,6 +128,7 @@ impl Crowd {
                 radius_a: 1.0,
                 b: DVec3::Y,
                 radius_b: upper_radius(kind),
+                open: false,
             }),
             Kind::Torus => Shape::Torus {
                 major: MAJOR,

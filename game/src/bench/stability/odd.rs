@@ -33,12 +33,18 @@ pub fn sized(thing: &mut EntityWorldMut, shape: usize, [x, y, z]: [f64; 3]) {
             normal: DVec3::new(0.0, y, z),
             ..Disc::default()
         }),
-        3 => thing.insert(Cylinder { a, b, radius: x }),
+        3 => thing.insert(Cylinder {
+            a,
+            b,
+            radius: x,
+            open: false,
+        }),
         4 => thing.insert(Cone {
             a,
             radius_a: x,
             b,
             radius_b: 0.3 * z,
+            open: false,
         }),
         5 => thing.insert(Torus {
             major: x,

@@ -62,6 +62,7 @@ fn shape(draw: &mut Draw) -> Shape {
             radius_a: 0.75,
             b: DVec3::Y,
             radius_b: [0.75, 0.25, 0.0][draw.below(3)],
+            open: false,
         }),
         5 => Shape::Torus {
             major: 0.75,

@@ -154,6 +154,7 @@ fn crowd_of(batch: u64) -> Result<FrameScene, Failure> {
                 radius_a: 0.5,
                 b: half * DVec3::Y,
                 radius_b: 0.25,
+                open: false,
             }),
             9 => Shape::Torus {
                 major: 0.5,
