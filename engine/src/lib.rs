@@ -25,6 +25,8 @@ pub mod present;
 pub mod profile;
 pub mod scene;
 pub mod schedule;
+#[cfg(test)]
+mod testing;
 pub mod time;
 pub mod trace;
 pub mod window;

@@ -236,30 +236,13 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-
-    fn random_boxes(count: usize, spread: f32, seed: u32) -> Vec<Aabb> {
-        let mut state = seed;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / 16_777_216.0
-        };
-        (0..count)
-            .map(|_| {
-                let min = Vec3::new(random(), random(), random()) * spread;
-                let size = Vec3::new(random(), random(), random());
-                Aabb {
-                    min,
-                    max: min + size,
-                }
-            })
-            .collect()
-    }
+    use crate::testing::boxes;
 
     #[test]
     fn every_tree_holds_its_invariants() {
         for count in [0, 1, 2, 3, 4, 5, 7, 8, 9, 64, 1000, 20_000] {
             for spread in [0.0, 1.0, 1e6] {
-                let boxes = random_boxes(count, spread, count as u32 + 1);
+                let boxes = boxes(count, spread, 0.0, count as u32 + 1);
                 for tree in [
                     Tree::build(&boxes),
                     Tree::build_single(&boxes),
@@ -291,7 +274,7 @@ mod tests {
 
     #[test]
     fn equal_boxes_make_a_tree() {
-        let boxes = vec![random_boxes(1, 1.0, 5)[0]; 500];
+        let boxes = vec![boxes(1, 1.0, 0.0, 5)[0]; 500];
         Tree::build(&boxes).validate(&boxes).unwrap();
     }
 }

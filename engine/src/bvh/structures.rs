@@ -183,21 +183,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
-
-    fn boxes(count: usize, seed: u32, shift: f32) -> Vec<Aabb> {
-        let mut state = seed;
-        let mut random = || {
-            state = state.wrapping_mul(1_664_525).wrapping_add(1_013_904_223);
-            (state >> 8) as f32 / 16_777_216.0
-        };
-        (0..count)
-            .map(|_| {
-                let min = Vec3::new(random(), random(), random()) * 50.0 + shift;
-                let max = min + Vec3::new(random(), random(), random());
-                Aabb { min, max }
-            })
-            .collect()
-    }
+    use crate::testing::boxes;
 
     fn children(node: &Node4) -> usize {
         node.children
@@ -210,8 +196,8 @@ mod tests {
     fn every_structure_holds_its_invariants_before_and_after_refits() {
         for count in [0, 1, 2, 3, 9, 64, 1000, 5000] {
             for shift in [0.0, -1e-12, 1e6] {
-                let before = boxes(count, 1, shift);
-                let after = boxes(count, 2, shift);
+                let before = boxes(count, 50.0, shift, 1);
+                let after = boxes(count, 50.0, shift, 2);
                 let trees = [
                     Tree::build(&before),
                     Tree::build_binary(&before),
@@ -282,7 +268,7 @@ mod tests {
 
     #[test]
     fn two_children_a_node_are_two() {
-        let boxes = boxes(1000, 3, 0.0);
+        let boxes = boxes(1000, 50.0, 0.0, 3);
         for tree in [Tree::build_binary(&boxes), Tree::build_spheres(&boxes, 4)] {
             assert!(tree.nodes.iter().all(|node| children(node) == 2));
         }
@@ -290,7 +276,7 @@ mod tests {
 
     #[test]
     fn the_tree_of_the_report_is_balanced_and_keeps_its_threshold() {
-        let tree = Tree::build_spheres(&boxes(1000, 4, 0.0), 5);
+        let tree = Tree::build_spheres(&boxes(1000, 50.0, 0.0, 4), 5);
         for slot in tree.nodes.iter().flat_map(|node| node.children) {
             if let Child::Leaf { count, .. } = Child::decode(slot) {
                 assert!((3..=5).contains(&count), "{count}");
@@ -301,7 +287,7 @@ mod tests {
 
     #[test]
     fn a_sphere_that_is_too_small_is_found() {
-        let boxes = boxes(100, 5, 0.0);
+        let boxes = boxes(100, 50.0, 0.0, 5);
         let mut tree = Tree::build_spheres(&boxes, 2);
         tree.nodes[0].max_x[1] *= 0.999;
         assert!(tree.validate(&boxes).is_err());

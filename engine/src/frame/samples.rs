@@ -29,7 +29,7 @@ pub fn sample_offset(index: u32) -> [f32; 2] {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::testing::Random;
+    use crate::testing::Random;
 
     #[test]
     fn every_box_of_every_division_has_one_of_the_first_samples() {

@@ -7,40 +7,17 @@ use glam::{DAffine3, DMat3, DQuat, DVec3, UVec2, Vec3};
 
 use super::*;
 use crate::app::Engine;
+use crate::testing::Random;
 use crate::world::*;
 
-/// A small xorshift: tests need chance that is the same on every run.
-struct Chance(u64);
-
-impl Chance {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % n as u64) as usize
-    }
-
-    fn one_in(&mut self, n: usize) -> bool {
-        self.below(n) == 0
-    }
-
-    fn number(&mut self) -> f64 {
-        self.below(2001) as f64 / 100.0 - 10.0
-    }
-
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.number(), self.number(), self.number())
-    }
-
-    fn pick(&mut self, entities: &[Entity]) -> Option<Entity> {
-        (!entities.is_empty()).then(|| entities[self.below(entities.len())])
-    }
+fn pick(random: &mut Random, entities: &[Entity]) -> Option<Entity> {
+    (!entities.is_empty()).then(|| entities[random.below(entities.len())])
 }
 
 /// An engine with a world under random edits.
 struct Trial {
     engine: Engine,
-    chance: Chance,
+    random: Random,
     entities: Vec<Entity>,
     materials: Vec<Entity>,
 }
@@ -51,7 +28,7 @@ impl Trial {
         engine.validate().unwrap();
         Self {
             engine,
-            chance: Chance(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)),
+            random: Random::new(seed),
             entities: Vec::new(),
             materials: Vec::new(),
         }
@@ -59,18 +36,18 @@ impl Trial {
 
     fn transform(&mut self) -> Transform {
         Transform {
-            translation: self.chance.vector(),
-            rotation: DQuat::from_rotation_y(self.chance.number()),
-            scale: DVec3::splat(0.5 + self.chance.below(4) as f64 * 0.5),
+            translation: self.random.cube() * 10.0,
+            rotation: DQuat::from_rotation_y(self.random.range(-10.0, 10.0)),
+            scale: DVec3::splat(0.5 + self.random.below(4) as f64 * 0.5),
         }
     }
 
     fn spawn(&mut self) {
         let transform = self.transform();
-        let parent = self.chance.pick(&self.entities);
+        let parent = pick(&mut self.random, &self.entities);
         let mut entity = self.engine.world.spawn((transform, Visibility::default()));
         if let Some(parent) = parent
-            && !self.chance.one_in(4)
+            && self.random.below(4) != 0
         {
             entity.insert(ChildOf(parent));
         }
@@ -81,10 +58,10 @@ impl Trial {
 
     /// Gives an entity another shape, or one more, or none.
     fn shape(&mut self, entity: Entity) {
-        let radius = 1.0 + self.chance.below(9) as f64;
-        let material = self.chance.pick(&self.materials);
+        let radius = 1.0 + self.random.below(9) as f64;
+        let material = pick(&mut self.random, &self.materials);
         let mut entity = self.engine.world.entity_mut(entity);
-        match self.chance.below(6) {
+        match self.random.below(6) {
             0 => drop(entity.insert(Sphere { radius })),
             1 => drop(entity.insert(Cuboid::default())),
             2 => drop(entity.insert(Polygon::default())),
@@ -93,7 +70,7 @@ impl Trial {
             _ => drop(entity.remove::<Cuboid>()),
         }
         match material {
-            Some(material) if !self.chance.one_in(3) => drop(entity.insert(Surface(material))),
+            Some(material) if self.random.below(3) != 0 => drop(entity.insert(Surface(material))),
             _ => drop(entity.remove::<Surface>()),
         }
     }
@@ -105,12 +82,12 @@ impl Trial {
 
     fn edit_material(&mut self) {
         let material = Material {
-            color: Vec3::splat(self.chance.below(100) as f32),
+            color: Vec3::splat(self.random.below(100) as f32),
             ..Material::default()
         };
-        let chosen = self.chance.pick(&self.materials);
+        let chosen = pick(&mut self.random, &self.materials);
         let world = &mut self.engine.world;
-        match (self.chance.below(5), chosen) {
+        match (self.random.below(5), chosen) {
             (0, Some(entity)) => drop(world.despawn(entity)),
             (1, Some(entity)) => drop(world.entity_mut(entity).remove::<Material>()),
             (2 | 3, Some(entity)) => drop(world.entity_mut(entity).insert(material)),
@@ -121,13 +98,13 @@ impl Trial {
     }
 
     fn edit(&mut self) {
-        let kind = self.chance.below(12);
-        let chosen = self.chance.pick(&self.entities);
+        let kind = self.random.below(12);
+        let chosen = pick(&mut self.random, &self.entities);
         let (Some(entity), 3..) = (chosen, kind) else {
             return self.spawn();
         };
         let transform = self.transform();
-        let other = self.chance.pick(&self.entities).unwrap_or(entity);
+        let other = pick(&mut self.random, &self.entities).unwrap_or(entity);
         let hangs_below = self.is_under(other, entity);
         let world = &mut self.engine.world;
         match kind {
@@ -245,7 +222,7 @@ fn random_edits_come_out_as_from_scratch() {
     for seed in 1..=40 {
         let mut trial = Trial::new(seed);
         for frame in 0..40 {
-            for _ in 0..trial.chance.below(8) {
+            for _ in 0..trial.random.below(8) {
                 trial.edit();
             }
             trial.engine.frame();
@@ -288,7 +265,7 @@ fn an_unchanged_subtree_is_not_marked_changed() {
     }
     trial.engine.frame();
     for _ in 0..50 {
-        let Some(moved) = trial.chance.pick(&trial.entities) else {
+        let Some(moved) = pick(&mut trial.random, &trial.entities) else {
             continue;
         };
         let transform = trial.transform();

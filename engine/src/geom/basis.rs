@@ -18,7 +18,7 @@ pub fn out_of_frame(n: Vec3, v: Vec3) -> Vec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::testing::Random;
+    use crate::testing::Random;
 
     #[test]
     fn the_frame_is_orthonormal_all_around() {

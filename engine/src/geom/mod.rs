@@ -14,8 +14,6 @@ mod plane;
 mod point;
 mod ray;
 mod sphere;
-#[cfg(test)]
-pub(crate) mod testing;
 mod torus;
 mod triangle;
 mod trig;

@@ -183,8 +183,8 @@ impl SphereFrame {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::testing::{Random, Ulps};
     use crate::geom::{offset_origin, step_off};
+    use crate::testing::{Random, Ulps};
 
     /// The first root ahead, in f64, of the same sphere before it was rounded.
     fn exact(center: DVec3, radius: f64, origin: Vec3, dir: Vec3) -> Option<f64> {

@@ -210,7 +210,7 @@ fn root_between(
 mod tests {
     use super::*;
     use crate::geom::gamma;
-    use crate::geom::testing::Random;
+    use crate::testing::Random;
 
     #[test]
     fn every_ray_that_enters_leaves() {

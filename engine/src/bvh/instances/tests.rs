@@ -1,44 +1,26 @@
 use glam::Vec3;
 
 use super::*;
+use crate::testing::Random;
 
-/// Numbers that look random.
-struct Random(u64);
+/// In the cube [0, 1]^3.
+fn place(random: &mut Random) -> Vec3 {
+    (random.cube() * 0.5 + 0.5).as_vec3()
+}
 
-impl Random {
-    fn next(&mut self) -> u64 {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        self.0
-    }
-
-    fn below(&mut self, end: usize) -> usize {
-        (self.next() % end as u64) as usize
-    }
-
-    fn unit(&mut self) -> f32 {
-        (self.next() >> 40) as f32 / 16_777_216.0
-    }
-
-    fn point(&mut self) -> Vec3 {
-        Vec3::new(self.unit(), self.unit(), self.unit())
-    }
-
-    fn bounds(&mut self) -> Aabb {
-        let (center, half) = (self.point() * 100.0, self.point());
-        Aabb {
-            min: center - half,
-            max: center + half,
-        }
+fn bounds(random: &mut Random) -> Aabb {
+    let (center, half) = (place(random) * 100.0, place(random));
+    Aabb {
+        min: center - half,
+        max: center + half,
     }
 }
 
 /// Moves, adds and removes rows at random for so many frames; checks the tree after each.
 fn live_through(frames: usize, most_rows: usize, check_every: usize, seed: u64) {
-    let mut random = Random(seed);
+    let mut random = Random::new(seed);
     let mut tree = InstanceTree::default();
-    let mut boxes: Vec<Aabb> = (0..most_rows / 2).map(|_| random.bounds()).collect();
+    let mut boxes: Vec<Aabb> = (0..most_rows / 2).map(|_| bounds(&mut random)).collect();
     tree.update(&boxes, None);
     let mut seen = [0; 4];
     for frame in 0..frames {
@@ -48,15 +30,15 @@ fn live_through(frames: usize, most_rows: usize, check_every: usize, seed: u64) 
         for _ in 0..count.min(most_rows) {
             let row = random.below(most_rows);
             if row >= boxes.len() {
-                boxes.push(random.bounds());
+                boxes.push(bounds(&mut random));
                 changed.push(boxes.len() as u32 - 1);
                 continue;
             }
-            let shift = (random.point() - 0.5) * 4.0;
+            let shift = (place(&mut random) - 0.5) * 4.0;
             let b = &mut boxes[row];
             match way {
                 0 => *b = Aabb::EMPTY,
-                1 if b.is_empty() => *b = random.bounds(),
+                1 if b.is_empty() => *b = bounds(&mut random),
                 _ if b.is_empty() => continue,
                 _ => (b.min, b.max) = (b.min + shift, b.max + shift),
             }
@@ -113,14 +95,14 @@ fn every_box_holds_through_a_hundred_thousand_frames() {
 
 #[test]
 fn paths_leave_what_a_refit_of_all_boxes_leaves() {
-    let mut random = Random(9);
-    let mut boxes: Vec<Aabb> = (0..2000).map(|_| random.bounds()).collect();
+    let mut random = Random::new(9);
+    let mut boxes: Vec<Aabb> = (0..2000).map(|_| bounds(&mut random)).collect();
     let mut tree = InstanceTree::default();
     tree.update(&boxes, None);
     for _ in 0..200 {
         let rows: Vec<u32> = (0..3).map(|_| random.below(2000) as u32).collect();
         rows.iter()
-            .for_each(|&row| boxes[row as usize] = random.bounds());
+            .for_each(|&row| boxes[row as usize] = bounds(&mut random));
         let (mut all, mut single) = (tree.clone(), tree.clone());
         single.paths = Price(0.0);
         single.refits = Price(1e9);
@@ -135,8 +117,8 @@ fn paths_leave_what_a_refit_of_all_boxes_leaves() {
 
 #[test]
 fn nothing_changed_is_no_work() {
-    let mut random = Random(10);
-    let boxes: Vec<Aabb> = (0..100).map(|_| random.bounds()).collect();
+    let mut random = Random::new(10);
+    let boxes: Vec<Aabb> = (0..100).map(|_| bounds(&mut random)).collect();
     let mut tree = InstanceTree::default();
     assert_eq!(tree.update(&boxes, None).action, TreeAction::Rebuild);
     let work = tree.update(&boxes, Some(&[]));
@@ -148,11 +130,11 @@ fn nothing_changed_is_no_work() {
 
 #[test]
 fn one_row_of_many_touches_one_path() {
-    let mut random = Random(11);
-    let mut boxes: Vec<Aabb> = (0..20_000).map(|_| random.bounds()).collect();
+    let mut random = Random::new(11);
+    let mut boxes: Vec<Aabb> = (0..20_000).map(|_| bounds(&mut random)).collect();
     let mut tree = InstanceTree::default();
     tree.update(&boxes, None);
-    boxes[77] = random.bounds();
+    boxes[77] = bounds(&mut random);
     let work = tree.update(&boxes, Some(&[77]));
     assert_eq!(work.action, TreeAction::Paths);
     assert!(work.nodes < 200, "{work:?}");
@@ -160,11 +142,11 @@ fn one_row_of_many_touches_one_path() {
 
 #[test]
 fn a_tree_that_has_become_bad_is_built_anew() {
-    let mut random = Random(12);
-    let mut boxes: Vec<Aabb> = (0..1000).map(|_| random.bounds()).collect();
+    let mut random = Random::new(12);
+    let mut boxes: Vec<Aabb> = (0..1000).map(|_| bounds(&mut random)).collect();
     let mut tree = InstanceTree::default();
     tree.update(&boxes, None);
-    boxes.iter_mut().for_each(|b| *b = random.bounds());
+    boxes.iter_mut().for_each(|b| *b = bounds(&mut random));
     let work = tree.update(&boxes, None);
     assert_eq!(work.action, TreeAction::Rebuild);
     assert!(tree.cost() < 2.0 * work.cost_before, "{work:?}");
@@ -173,7 +155,7 @@ fn a_tree_that_has_become_bad_is_built_anew() {
 
 #[test]
 fn strange_boxes_make_a_tree() {
-    let mut random = Random(13);
+    let mut random = Random::new(13);
     let point = |p: Vec3| Aabb { min: p, max: p };
     let nested = |i: i32| Vec3::splat(1.004_f32.powi(i));
     let scenes: [Vec<Aabb>; 7] = [
@@ -199,11 +181,11 @@ fn strange_boxes_make_a_tree() {
                 min: Vec3::NAN,
                 max: Vec3::NAN,
             },
-            random.bounds(),
+            bounds(&mut random),
             Aabb::EMPTY,
         ],
         (0..9000)
-            .map(|i| point(random.point() * if i < 9 { 1e9 } else { 1.0 }))
+            .map(|i| point(place(&mut random) * if i < 9 { 1e9 } else { 1.0 }))
             .collect(),
     ];
     for boxes in &scenes {
@@ -215,8 +197,8 @@ fn strange_boxes_make_a_tree() {
 
 #[test]
 fn the_tree_does_not_depend_on_threads() {
-    let mut random = Random(14);
-    let boxes: Vec<Aabb> = (0..50_000).map(|_| random.bounds()).collect();
+    let mut random = Random::new(14);
+    let boxes: Vec<Aabb> = (0..50_000).map(|_| bounds(&mut random)).collect();
     let build = |threads| {
         let pool = rayon::ThreadPoolBuilder::new()
             .num_threads(threads)

@@ -62,7 +62,7 @@ pub fn most_added(view: &ViewRow, weight: Vec3, generation: u32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::testing::Random;
+    use crate::testing::Random;
 
     #[test]
     fn a_purse_pays_no_more_than_it_held() {

@@ -149,7 +149,7 @@ fn brightest(light: &Light) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::geom::testing::Random;
+    use crate::testing::Random;
 
     /// What f32 makes of a lobe's centre at worst: a cosine as far above 1 as vectors allow, and log2 as far off as WGSL does.
     fn worst(cosine: f64, exponent: f64) -> f64 {

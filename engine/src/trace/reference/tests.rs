@@ -4,11 +4,11 @@ use glam::{DVec2, DVec3, Vec3};
 
 use super::shape::{LocalRay, cone, cone_normal, disc};
 use super::torus::torus;
-use crate::geom::testing::{Random, Ulps};
 use crate::geom::{
     CONE_SIDE, cone_point, cone_radius, intersect_cone, intersect_disc, intersect_torus,
     torus_point,
 };
+use crate::testing::{Random, Ulps};
 use crate::world::Cone;
 
 /// Where a ray meets something, nearest first, and on which primitive.

@@ -7,28 +7,9 @@ use glam::{DAffine3, DVec3, Vec3};
 
 use super::*;
 use crate::app::Engine;
+use crate::testing::Random;
 use crate::time::Clock;
 use crate::world::{Loop, MeshId, SkinBinding, Transform, VertexSets, turn};
-
-/// A small xorshift: tests need chance that is the same on every run.
-struct Chance(u64);
-
-impl Chance {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % n as u64) as usize
-    }
-
-    fn number(&mut self) -> f64 {
-        self.below(2001) as f64 / 100.0 - 10.0
-    }
-
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.number(), self.number(), self.number())
-    }
-}
 
 const VERTICES: usize = 4;
 
@@ -47,7 +28,7 @@ fn sets(count: usize) -> Arc<VertexSets> {
 
 struct Trial {
     engine: Engine,
-    chance: Chance,
+    random: Random,
     base: MeshId,
     joints: Vec<Entity>,
     entities: Vec<Entity>,
@@ -64,7 +45,7 @@ impl Trial {
         ];
         Self {
             engine,
-            chance: Chance(seed.wrapping_mul(0x9E37_79B9_7F4A_7C15)),
+            random: Random::new(seed),
             base,
             joints,
             entities: Vec::new(),
@@ -73,24 +54,24 @@ impl Trial {
 
     /// Adds or takes away a source of an own mesh.
     fn source(&mut self, entity: Entity) {
-        let chance = &mut self.chance;
-        let remove = chance.below(3) == 0;
+        let random = &mut self.random;
+        let remove = random.below(3) == 0;
         let binding = SkinBinding::new(vec![[0, 1, 0, 0]; VERTICES], vec![[1.0; 4]; VERTICES]);
         let mut entity = self.engine.world.entity_mut(entity);
-        match (chance.below(8), remove) {
+        match (random.below(8), remove) {
             (0, true) => drop(entity.remove::<KeyFrames>()),
             (0, false) => drop(entity.insert(KeyFrames {
                 keys: sets(2),
                 times: vec![0.0, 1.0],
-                speed: chance.number(),
-                repeat: [Loop::Once, Loop::Repeat, Loop::PingPong][chance.below(3)],
+                speed: random.range(-10.0, 10.0),
+                repeat: [Loop::Once, Loop::Repeat, Loop::PingPong][random.below(3)],
                 ..KeyFrames::default()
             })),
             (1, true) => drop(entity.remove::<Morph>()),
             // Sometimes one weight too many.
             (1, false) => drop(entity.insert(Morph {
                 targets: sets(2),
-                weights: vec![0.5; 2 + chance.below(2)],
+                weights: vec![0.5; 2 + random.below(2)],
             })),
             (2, true) => drop(entity.remove::<Skin>()),
             (2, false) => drop(entity.insert(Skin {
@@ -100,12 +81,12 @@ impl Trial {
             })),
             (3, true) => drop(entity.remove::<Wave>()),
             (3, false) => drop(entity.insert(Wave {
-                amplitude: chance.vector(),
+                amplitude: random.cube() * 10.0,
                 ..Wave::default()
             })),
             (4, true) => drop(entity.remove::<Twist>()),
             (4, false) => drop(entity.insert(Twist {
-                swing: chance.number(),
+                swing: random.range(-10.0, 10.0),
                 ..Twist::default()
             })),
             (5, true) => drop(entity.remove::<Structure>()),
@@ -118,8 +99,8 @@ impl Trial {
     }
 
     fn edit(&mut self) {
-        let kind = self.chance.below(8);
-        let pick = self.chance.below(self.entities.len().max(1));
+        let kind = self.random.below(8);
+        let pick = self.random.below(self.entities.len().max(1));
         let Some(&entity) = self.entities.get(pick).filter(|_| kind > 0) else {
             let spawned = self.engine.world.spawn(Mesh(self.base)).id();
             return self.entities.push(spawned);
@@ -130,8 +111,8 @@ impl Trial {
                 self.engine.world.despawn(entity);
             }
             2 => {
-                let pose = Transform::from_translation(self.chance.vector());
-                let target = if self.chance.below(2) == 0 {
+                let pose = Transform::from_translation(self.random.cube() * 10.0);
+                let target = if self.random.below(2) == 0 {
                     entity
                 } else {
                     self.joints[0]
@@ -139,7 +120,7 @@ impl Trial {
                 self.engine.world.entity_mut(target).insert(pose);
             }
             3 => {
-                let frame = self.chance.below(100) as u64;
+                let frame = self.random.below(100) as u64;
                 self.engine.world.insert_resource(Clock::Frame(frame));
             }
             _ => self.source(entity),
@@ -238,7 +219,7 @@ fn random_deformers_leave_no_stale_row() {
     for seed in 1..=40 {
         let mut trial = Trial::new(seed);
         for frame in 0..60 {
-            for _ in 0..trial.chance.below(6) {
+            for _ in 0..trial.random.below(6) {
                 trial.edit();
             }
             trial.engine.frame();

@@ -5,72 +5,53 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat};
 
 use super::*;
+use crate::testing::Random;
 use crate::trace::reference::deform;
 use crate::world::VertexSets;
-
-/// A small xorshift: tests need chance that is the same on every run.
-struct Chance(u64);
-
-impl Chance {
-    fn below(&mut self, n: usize) -> usize {
-        self.0 ^= self.0 << 13;
-        self.0 ^= self.0 >> 7;
-        self.0 ^= self.0 << 17;
-        (self.0 % n as u64) as usize
-    }
-
-    fn number(&mut self) -> f64 {
-        self.below(20_001) as f64 / 1e4 - 1.0
-    }
-
-    fn vector(&mut self) -> DVec3 {
-        DVec3::new(self.number(), self.number(), self.number())
-    }
-}
 
 const VERTICES: usize = 60;
 
 /// A soup of triangles within 1 of `center`, with normals.
-fn mesh(chance: &mut Chance, center: DVec3) -> MeshData {
-    let vertices = (0..VERTICES).map(|_| center + chance.vector()).collect();
-    let triangles = (0..100).map(|_| [0; 3].map(|_| chance.below(VERTICES) as u32));
+fn mesh(random: &mut Random, center: DVec3) -> MeshData {
+    let vertices = (0..VERTICES).map(|_| center + random.cube()).collect();
+    let triangles = (0..100).map(|_| [0; 3].map(|_| random.below(VERTICES) as u32));
     let normals = vec![Vec3::Y; VERTICES];
     MeshData::new("soup", vertices, normals, triangles.collect()).unwrap()
 }
 
-fn sets(chance: &mut Chance, count: usize) -> Arc<VertexSets> {
-    let values = (0..VERTICES * count).map(|_| chance.vector().as_vec3());
+fn sets(random: &mut Random, count: usize) -> Arc<VertexSets> {
+    let values = (0..VERTICES * count).map(|_| random.cube().as_vec3());
     Arc::new(VertexSets {
         vertices: VERTICES,
         values: values.collect(),
     })
 }
 
-fn step(chance: &mut Chance, center: DVec3) -> DeformStep {
-    match chance.below(5) {
+fn step(random: &mut Random, center: DVec3) -> DeformStep {
+    match random.below(5) {
         0 => DeformStep::Keys {
-            keys: sets(chance, 3),
-            from: chance.below(3) as u32,
-            to: chance.below(3) as u32,
-            share: chance.number().abs(),
+            keys: sets(random, 3),
+            from: random.below(3) as u32,
+            to: random.below(3) as u32,
+            share: random.range(-1.0, 1.0).abs(),
         },
         1 => DeformStep::Morph {
-            targets: sets(chance, 3),
-            weights: vec![chance.number(), 0.0, chance.number()],
+            targets: sets(random, 3),
+            weights: vec![random.range(-1.0, 1.0), 0.0, random.range(-1.0, 1.0)],
         },
         2 => {
-            let joint = |chance: &mut Chance| {
+            let joint = |random: &mut Random| {
                 let there = DAffine3::from_translation(center);
-                let turn = DQuat::from_scaled_axis(chance.vector());
-                let turn = DAffine3::from_rotation_translation(turn, chance.vector());
+                let turn = DQuat::from_scaled_axis(random.cube());
+                let turn = DAffine3::from_rotation_translation(turn, random.cube());
                 there * turn * there.inverse()
             };
-            let joints = (0..5).map(|_| joint(chance)).collect();
+            let joints = (0..5).map(|_| joint(random)).collect();
             let names: Vec<[u32; 4]> = (0..VERTICES)
-                .map(|_| [0; 4].map(|_| chance.below(5) as u32))
+                .map(|_| [0; 4].map(|_| random.below(5) as u32))
                 .collect();
             let weights = (0..VERTICES)
-                .map(|_| [0; 4].map(|_| chance.below(9) as f32 + 0.1))
+                .map(|_| [0; 4].map(|_| random.below(9) as f32 + 0.1))
                 .collect();
             DeformStep::Skin {
                 binding: Arc::new(SkinBinding::new(names, weights).unwrap()),
@@ -78,27 +59,27 @@ fn step(chance: &mut Chance, center: DVec3) -> DeformStep {
             }
         }
         3 => DeformStep::Wave {
-            wave: chance.vector() * 9.0,
-            amplitude: chance.vector(),
-            phase: chance.number() * 1e3,
+            wave: random.cube() * 9.0,
+            amplitude: random.cube(),
+            phase: random.range(-1.0, 1.0) * 1e3,
         },
         _ => DeformStep::Twist {
-            origin: center + chance.vector() * 3.0,
-            axis: chance.vector().try_normalize().unwrap_or(DVec3::Y),
-            rate: chance.number() * 4.0,
-            offset: chance.number() * 1e3,
+            origin: center + random.cube() * 3.0,
+            axis: random.cube().try_normalize().unwrap_or(DVec3::Y),
+            rate: random.range(-1.0, 1.0) * 4.0,
+            offset: random.range(-1.0, 1.0) * 1e3,
         },
     }
 }
 
 #[test]
 fn f32_deforms_as_the_formulas_do() {
-    let mut chance = Chance(0x9E37_79B9_7F4A_7C15);
+    let mut random = Random::new(1);
     for trial in 0..400 {
         // Exact in f64, so that what the shift costs is all there is to see.
         let center = DVec3::new(1.0, -2.0, 3.0) * [0.0, 1e4, 1e6][trial % 3];
-        let mesh = mesh(&mut chance, center);
-        let steps = (0..1 + chance.below(3)).map(|_| step(&mut chance, center));
+        let mesh = mesh(&mut random, center);
+        let steps = (0..1 + random.below(3)).map(|_| step(&mut random, center));
         let deformation = Deformation {
             steps: steps.collect(),
         };
@@ -120,11 +101,11 @@ fn f32_deforms_as_the_formulas_do() {
 
 #[test]
 fn normals_are_those_of_the_deformed_triangles() {
-    let mut chance = Chance(77);
+    let mut random = Random::new(77);
     for trial in 0..50 {
-        let mesh = mesh(&mut chance, DVec3::ZERO);
+        let mesh = mesh(&mut random, DVec3::ZERO);
         let deformation = Deformation {
-            steps: vec![step(&mut chance, DVec3::ZERO)],
+            steps: vec![step(&mut random, DVec3::ZERO)],
         };
         let (mut positions, mut found) = (Vec::new(), Vec::new());
         deform_positions(&mesh, &deformation, &mut positions);

@@ -1,6 +1,8 @@
-//! What the tests of this folder share: random numbers, and errors counted in units in the last place.
+//! What the engine's own tests share: random numbers and boxes, and errors counted in units in the last place.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3};
+
+use crate::geom::Aabb;
 
 /// A small generator (xorshift); the same seed gives the same numbers.
 pub struct Random(u64);
@@ -23,6 +25,11 @@ impl Random {
         from + (to - from) * self.unit()
     }
 
+    /// One of so many numbers from 0.
+    pub fn below(&mut self, count: usize) -> usize {
+        ((self.unit() * count as f64) as usize).min(count - 1)
+    }
+
     /// Uniform in the cube [-1, 1]^3.
     pub fn cube(&mut self) -> DVec3 {
         DVec3::from([(); 3].map(|()| self.range(-1.0, 1.0)))
@@ -37,6 +44,19 @@ impl Random {
             }
         }
     }
+}
+
+/// Boxes of sizes up to 1, of which the least corners lie within a cube of this edge at `shift`.
+pub fn boxes(count: usize, spread: f32, shift: f32, seed: u32) -> Vec<Aabb> {
+    let mut random = Random::new(u64::from(seed));
+    let mut point = || Vec3::from([(); 3].map(|()| random.unit() as f32));
+    (0..count)
+        .map(|_| {
+            let min = point() * spread + shift;
+            let max = min + point();
+            Aabb { min, max }
+        })
+        .collect()
 }
 
 /// Errors of f32 values in ulps of the exact ones.
