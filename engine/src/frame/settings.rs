@@ -24,7 +24,7 @@ pub struct TraceSettings {
     pub max_generations: Option<u32>,
     /// The arithmetic of the f32 tracers; the robust forms unless something is measured against them.
     pub kernels: Kernels,
-    /// Largest error that leaving out reflected and refracted rays may cause in a pixel, in linear light,
+    /// Largest error that leaving out reflected and refracted rays may cause in a pixel, in linear light before exposure,
     /// a channel; higher is faster. 0 leaves out nothing. First samples of adaptive pictures leave out nothing, so that the
     /// same pixels take more; nor does the f64 reference. (Besides, sums round otherwise where terms are missing.)
     pub cutoff: f32,
@@ -45,6 +45,7 @@ impl Default for TraceSettings {
             refine_to: 0,
             max_generations: None,
             kernels: Kernels::default(),
+            // A bound in linear light would say nothing of a dim scene that exposure lifts.
             cutoff: 0.0,
         }
     }
