@@ -18,7 +18,7 @@ use crate::failure::Failure;
 
 /// The suite.
 pub const NAME: &str = "leaks";
-/// Rays of each aim.
+/// Rays of each aim, in all solids and places together.
 const RAYS: u64 = 1_800_000;
 /// Rays of a form that must fail.
 const BROKEN: u64 = 100_000;
@@ -69,14 +69,14 @@ struct Room {
 
 /// Runs every solid, place and aim.
 pub fn run(course: &mut Course) -> Result<(), Failure> {
-    let cases = Solid::all().len() * PLACES.len();
-    let rays = course.rays(RAYS).div_ceil(cases as u64);
+    let rays = course.rays(RAYS) as f64 / PLACES.len() as f64;
     let broken = course.brief(BROKEN);
     let leaky = Kernels {
         triangles: TriangleTest::MollerTrumbore,
         ..Kernels::default()
     };
     for solid in Solid::all() {
+        let rays = (rays * solid.share).ceil() as u64;
         for (place_word, place) in PLACES {
             let room = Room::new(&solid, place).map_err(Failure::Input)?;
             for (aim_word, aim) in AIMS {

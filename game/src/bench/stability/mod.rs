@@ -6,6 +6,7 @@
 //! send them through [`orrery_engine::trace::Tracer::intersect`] on every backend alike.
 
 mod course;
+mod crowd;
 mod draw;
 mod drift;
 mod far;
@@ -14,12 +15,14 @@ mod glass;
 mod input;
 mod leaks;
 mod leave;
+mod lift;
 mod odd;
 mod ratios;
 mod refit;
 mod scenes;
 mod solids;
 mod stream;
+mod surfaces;
 mod tally;
 mod trees;
 
@@ -42,7 +45,7 @@ struct Suite {
 }
 
 /// All, in the order they run.
-const SUITES: [Suite; 10] = [
+const SUITES: [Suite; 11] = [
     Suite {
         name: leaks::NAME,
         about: "closed meshes seen from inside, at edges, vertices and anywhere, near the origin and at 1.5e5",
@@ -55,8 +58,13 @@ const SUITES: [Suite; 10] = [
     },
     Suite {
         name: leave::NAME,
-        about: "rays that leave a surface must not meet it: every shape, affine instances, half of them grazing",
+        about: "rays that leave a surface must not meet it, and those that enter must: every shape, affine instances",
         run: leave::run,
+    },
+    Suite {
+        name: lift::NAME,
+        about: "how far the origins of rays are off what they start on, in ULPs of the position",
+        run: lift::run,
     },
     Suite {
         name: ratios::NAME,

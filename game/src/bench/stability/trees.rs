@@ -102,6 +102,8 @@ fn with_structure(scene: &mut FrameScene, structure: Structure) {
     };
     scene.meshes.replace(0, row);
     *scene = ready(std::mem::take(scene));
+    // Kernels compiled for other features may round otherwise: all structures are traced by the same.
+    scene.features.sphere_trees = true;
 }
 
 /// A soup whose vertices are eighths in [-1, 1]^3; a quarter of the triangles lie flat in a plane of the grid.
@@ -232,15 +234,7 @@ fn nearest_alone(
 ) -> Result<Vec<Hit>, Failure> {
     let mut best = vec![Hit::MISS; rays.len()];
     for row in 0..scene.instances.len() {
-        let mut alone = scene.clone();
-        for other in (0..scene.instances.len()).filter(|&other| other != row) {
-            let vacant = Instance {
-                shape: Shape::Vacant,
-                ..scene.instances[other]
-            };
-            alone.instances.set(other as u32, vacant);
-        }
-        let hits = answers(course, &alone, Kernels::default(), rays)?;
+        let hits = answers(course, &alone(scene, row), Kernels::default(), rays)?;
         for (best, hit) in best.iter_mut().zip(hits) {
             if hit != Hit::MISS
                 && (hit.t, hit.instance, hit.prim) < (best.t, best.instance, best.prim)
@@ -252,10 +246,47 @@ fn nearest_alone(
     Ok(best)
 }
 
+/// One instance of a scene, in its row. It keeps the features of all: with its own alone, a device would be given
+/// another kernel, which may round otherwise.
+fn alone(scene: &FrameScene, row: usize) -> FrameScene {
+    let mut alone = scene.clone();
+    for other in (0..scene.instances.len()).filter(|&other| other != row) {
+        let vacant = Instance {
+            shape: Shape::Vacant,
+            ..scene.instances[other]
+        };
+        alone.instances.set(other as u32, vacant);
+    }
+    alone
+}
+
 fn compare(found: &[Hit], expected: &[Hit]) -> Tally {
     let mut tally = Tally::default();
     for (found, expected) in found.iter().zip(expected) {
         tally.take(Verdict::of(found == expected));
     }
     tally
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_compared_is_traced_by_the_same_kernels() {
+        let crowd = crowd_of(0).unwrap();
+        for row in 0..CROWD {
+            let one = alone(&crowd, row);
+            assert_eq!(one.features, crowd.features);
+            let filled = one.instances.iter().map(|i| i.shape != Shape::Vacant);
+            let expected = (0..CROWD).map(|i| i == row);
+            assert!(filled.eq(expected), "{row}");
+        }
+        let mut soup = soup(0).unwrap();
+        let bare = soup.features;
+        for (word, structure) in STRUCTURES {
+            with_structure(&mut soup, structure);
+            assert_eq!(soup.features, bare, "{word}");
+        }
+    }
 }
