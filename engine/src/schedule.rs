@@ -15,8 +15,8 @@ pub struct Frame;
 pub enum FrameSet {
     /// Window events and the clock become `Input` and `Time`.
     Input,
-    /// Motion components pose what they move, then the timeline what the scene keys. It may write any field of
-    /// any entity, so nothing else is here.
+    /// Motion components pose what they move, then the timeline what the scene keys (any field of any entity), then
+    /// clips the nodes of models.
     Animate,
     /// Game rules write transforms, materials and lights.
     Simulate,

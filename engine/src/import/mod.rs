@@ -59,7 +59,9 @@ pub fn endings() -> String {
 pub fn import(path: &Path) -> Result<Model, String> {
     let format =
         format_of(path).ok_or_else(|| format!("its name does not end in one of {}", endings()))?;
-    caught(format.name, || (format.import)(path))
+    let mut model = caught(format.name, || (format.import)(path))?;
+    model.settle_clips();
+    Ok(model)
 }
 
 /// Calls a reader that may panic.

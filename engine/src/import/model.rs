@@ -3,6 +3,7 @@
 //! Importers fill it, the scene loader spawns it: a node becomes an entity, its contents become components. Rows
 //! name rows by their number; every number is in range and every coordinate finite when an importer hands it over.
 
+use std::collections::HashSet;
 use std::sync::Arc;
 
 use glam::{DAffine3, Vec3};
@@ -136,6 +137,38 @@ impl Model {
         parts.map(|part| part.mesh.triangles.len()).sum()
     }
 
+    /// Gives every clip a name of its own, and drops tracks that cannot be played.
+    pub(super) fn settle_clips(&mut self) {
+        let mut names = HashSet::new();
+        for (number, clip) in (1..).zip(&mut self.clips) {
+            if clip.name.is_empty() {
+                clip.name = format!("clip {number}");
+            }
+            let name = clip.name.clone();
+            for copy in 2.. {
+                if names.insert(clip.name.clone()) {
+                    break;
+                }
+                clip.name = format!("{name} {copy}");
+            }
+            clip.tracks.retain(|track| {
+                let place = match track.target < self.nodes.len() {
+                    true => track.check(),
+                    false => Err(format!("a track moves node {}", track.target)),
+                };
+                if let Err(why) = &place {
+                    let warning = format!("clip `{}`: {why}; it is left out", clip.name);
+                    self.warnings.push(warning);
+                }
+                place.is_ok()
+            });
+            if !(clip.start.is_finite() && clip.end >= clip.start && clip.end.is_finite()) {
+                clip.start = 0.0;
+                clip.end = 0.0;
+            }
+        }
+    }
+
     /// All that stands anywhere.
     pub fn contents(&self) -> impl Iterator<Item = &Content> {
         self.nodes.iter().flat_map(|node| &node.contents)
@@ -176,6 +209,38 @@ impl Warnings {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::{Channel, Interpolation, Track};
+
+    #[test]
+    fn clips_have_names_of_their_own_and_tracks_that_play() {
+        let track = |target, values| Track {
+            target,
+            channel: Channel::Scale,
+            times: vec![0.0],
+            values,
+            interpolation: Interpolation::Step,
+        };
+        let clip = |name: &str| Clip {
+            name: name.into(),
+            tracks: vec![
+                track(0, vec![1.0; 3]),
+                track(1, vec![1.0; 3]),
+                track(0, vec![1.0]),
+            ],
+            ..Clip::default()
+        };
+        let mut model = Model {
+            clips: ["run", "", "run", "run"].map(clip).to_vec(),
+            nodes: vec![Node::default()],
+            ..Model::default()
+        };
+        model.settle_clips();
+        let names: Vec<&str> = model.clips.iter().map(|clip| clip.name.as_str()).collect();
+        assert_eq!(names, ["run", "clip 2", "run 2", "run 3"]);
+        assert!(model.clips.iter().all(|clip| clip.tracks.len() == 1));
+        let told = model.warnings.sentences();
+        assert_eq!(told[0], "clip `run`: a track moves node 1; it is left out");
+    }
 
     #[test]
     fn the_first_warnings_are_told_and_the_rest_counted() {

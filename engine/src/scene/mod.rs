@@ -46,10 +46,12 @@ pub fn plugin(engine: &mut Engine) {
     registry.write().register::<MeshSource>();
     registry.write().register::<Imported>();
     registry.write().register::<PoseFiles>();
-    // Cameras look at where things in motion are now.
+    // Cameras look at where things in motion are now; what it keys of clips holds in the same frame.
     engine.add_systems(
         FrameSet::Animate,
-        play_timeline.after(crate::world::move_things),
+        play_timeline
+            .after(crate::world::move_things)
+            .before(crate::world::play_clips),
     );
 }
 

@@ -1,17 +1,18 @@
 //! A model file by itself: the scene that shows it, so that what can be imported can be played.
 //!
 //! What a model lacks to be seen is added: two lights where nothing shines, and a background that is not black
-//! where the file has none. Without a camera the picture shows all there is (see `frame`'s overview).
+//! where the file has none. Its first clip plays, with those that move other things. Without a camera the picture shows all there is (see `frame`'s overview).
 
+use std::collections::HashSet;
 use std::ffi::OsStr;
 use std::path::Path;
 
 use glam::{DVec3, Vec3};
 
 use super::resolve::Resolved;
-use super::schema::{Entity, Light, MeshFile, Pose, Scene, Shape};
+use super::schema::{ClipFile, Entity, Light, MeshFile, Pose, Scene, Shape};
 use crate::import::{Content, Model};
-use crate::world::{DirectionalLight, Material, Transform};
+use crate::world::{Clip, DirectionalLight, Material, Transform};
 
 /// Behind models that say nothing of it, linear RGB.
 const BACKGROUND: Vec3 = Vec3::new(0.10, 0.11, 0.13);
@@ -41,6 +42,10 @@ pub fn complete(resolved: &mut Resolved) {
     if let Some(background) = models().find_map(|model| model.background) {
         resolved.scene.background = background;
     }
+    let clips = models().flat_map(played).collect();
+    if let [entity, ..] = resolved.scene.entities.as_mut_slice() {
+        entity.clips = clips;
+    }
     if !models().any(shines) {
         let lights = [
             light("key light", [-0.5, 0.9, 0.8], 0.75),
@@ -48,6 +53,29 @@ pub fn complete(resolved: &mut Resolved) {
         ];
         resolved.scene.entities.extend(lights);
     }
+}
+
+/// The first clip, and each that moves nothing that those before it move.
+fn played(model: &Model) -> Vec<ClipFile> {
+    let mut moved = HashSet::new();
+    let mut free = |clip: &&Clip| {
+        let keys = || {
+            clip.tracks
+                .iter()
+                .map(|track| (track.target, track.channel))
+        };
+        let free = !keys().any(|key| moved.contains(&key));
+        if free {
+            moved.extend(keys());
+        }
+        free
+    };
+    let clips = model.clips.iter().filter(|clip| free(clip));
+    let file = |clip: &Clip| ClipFile {
+        name: Some(clip.name.clone().into()),
+        ..ClipFile::default()
+    };
+    clips.map(file).collect()
 }
 
 /// Whether there is anything to see by.

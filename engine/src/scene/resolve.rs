@@ -1,5 +1,6 @@
 //! From text to a scene whose names and files are all found. Needs no world, so `check` can use it.
 
+mod clips;
 mod poses;
 mod timeline;
 
@@ -186,22 +187,21 @@ impl Resolver {
             if let Some(material) = &entity.material
                 && !self.materials.contains(&material.value)
             {
-                self.unknown("material", material, |resolver| {
-                    resolver.materials.iter().collect()
-                });
+                let materials = self.materials.iter().cloned().collect();
+                self.unknown("material", material, materials);
             }
             match &entity.shape {
                 Some(Shape::Mesh(mesh)) => self.open_mesh(mesh, folder),
                 Some(_) => self.summary.shapes += 1,
                 None => {}
             }
+            self.look_up_clips(entity);
             self.open_poses(entity, folder);
             self.look_up(&entity.children, folder);
         }
     }
 
-    fn unknown(&mut self, what: &str, id: &At<String>, valid: impl Fn(&Self) -> Vec<&String>) {
-        let mut names: Vec<String> = valid(self).into_iter().cloned().collect();
+    fn unknown(&mut self, what: &str, id: &At<String>, mut names: Vec<String>) {
         names.sort();
         let suggestion = nearest(&id.value, names.iter().map(String::as_str));
         let mut list = names
@@ -230,7 +230,7 @@ impl Resolver {
     fn known_entity(&mut self, id: &At<String>) -> bool {
         let known = self.entities.contains_key(&id.value);
         if !known {
-            self.unknown("id", id, |resolver| resolver.entities.keys().collect());
+            self.unknown("id", id, self.entities.keys().cloned().collect());
         }
         known
     }

@@ -6,15 +6,15 @@ use bevy_ecs::prelude::*;
 
 use super::reader::Schema;
 use super::schema::{
-    self, At, Deform, KeysFile, Light, MeshFile, MorphFile, Motion, Pose, Scene, Shape,
+    self, At, ClipFile, Deform, KeysFile, Light, MeshFile, MorphFile, Motion, Pose, Scene, Shape,
 };
 use super::spawn::{Imported, MeshSource, PoseFiles, SceneRoots};
 use super::timeline::Timeline;
 use super::writer::Writer;
 use crate::world::{
-    ActiveCamera, Background, Camera, Cone, Cuboid, Cylinder, DirectionalLight, Disc, KeyFrames,
-    Material, Morph, Plane, PointLight, Polygon, Rest, SceneId, Shear, Sphere, SpotLight, Surface,
-    Torus, TraceDepth, Transform, Visibility,
+    ActiveCamera, Background, Camera, ClipLayer, ClipPlayer, Cone, Cuboid, Cylinder,
+    DirectionalLight, Disc, KeyFrames, Material, Morph, Plane, PointLight, Polygon, Rest, SceneId,
+    Shear, Sphere, SpotLight, Surface, Torus, TraceDepth, Transform, Visibility,
 };
 
 /// The scene as the text of a scene file. Loading it gives the same components, bit for bit.
@@ -109,6 +109,7 @@ fn describe_entity(world: &World, entity: Entity) -> schema::Entity {
         },
         shape: shape_of(world, entity),
         deform: deform_of(world, entity),
+        clips: clips_of(world, entity),
         structure: of_part(world, entity),
         motion: Motion {
             orbit: world.get(entity).copied(),
@@ -169,6 +170,21 @@ fn deform_of(world: &World, entity: Entity) -> Deform {
         wave: of_part(world, entity),
         twist: of_part(world, entity),
     }
+}
+
+/// The clips that play, by name.
+fn clips_of(world: &World, entity: Entity) -> Vec<ClipFile> {
+    let Some(player) = world.get::<ClipPlayer>(entity) else {
+        return Vec::new();
+    };
+    let clip = |layer: &ClipLayer| {
+        let clip = player.clips.clips().get(layer.clip)?;
+        Some(ClipFile {
+            name: Some(clip.name.clone().into()),
+            layer: *layer,
+        })
+    };
+    player.layers.iter().filter_map(clip).collect()
 }
 
 fn shape_of(world: &World, entity: Entity) -> Option<Shape> {

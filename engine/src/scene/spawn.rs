@@ -1,5 +1,6 @@
 //! A resolved scene to entities, and away with them again.
 
+mod clips;
 mod deform;
 mod model;
 

@@ -2,6 +2,7 @@
 
 use super::*;
 
+mod clips;
 mod components;
 mod hostile;
 mod manual;

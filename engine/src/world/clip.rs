@@ -1,4 +1,16 @@
 //! Clips: animations that files bring along, as keys of the poses of entities.
+//!
+//! Importers fill [`Clip`], the scene loader makes a [`ClipSet`] of all that a model has, and a [`ClipPlayer`] on the
+//! entity that shows the model plays them.
+
+mod player;
+mod sample;
+mod set;
+#[cfg(test)]
+mod tests;
+
+pub use player::{ClipLayer, ClipPlayer, play_clips};
+pub use set::{ClipPlace, ClipSet};
 
 /// An animation of some entities.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -20,7 +32,7 @@ pub struct Track {
     pub target: usize,
     /// What it writes.
     pub channel: Channel,
-    /// Seconds, rising; at least one.
+    /// Seconds, at least one, none less than the one before; of two that are equal the later holds from there on.
     pub times: Vec<f64>,
     /// Key by key: [`Channel`]'s numbers; with [`Interpolation::Cubic`] three times as many: the velocity (a second)
     /// with which the key is reached, the value, the velocity with which it is left.
@@ -30,7 +42,7 @@ pub struct Track {
 }
 
 /// What a [`Track`] writes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub enum Channel {
     /// Three numbers.
     Translation,
@@ -51,7 +63,7 @@ pub enum Channel {
 pub enum Interpolation {
     /// The earlier one.
     Step,
-    /// The straight way; rotations by the shorter arc.
+    /// The straight way; rotations by the shorter arc (Shoemake 1985).
     Linear,
     /// The cubic Hermite curve.
     Cubic,

@@ -9,6 +9,7 @@ mod changes;
 mod clip;
 mod cycle;
 mod deform;
+mod hermite;
 mod identity;
 mod light;
 mod material;
@@ -25,11 +26,14 @@ mod visibility;
 
 pub use camera::{ActiveCamera, Camera, Projection, ToneMap, picture_camera};
 pub use changes::{any_changed, write_rows};
-pub use clip::{Channel, Clip, Interpolation, Track};
+pub use clip::{
+    Channel, Clip, ClipLayer, ClipPlace, ClipPlayer, ClipSet, Interpolation, Track, play_clips,
+};
 pub use cycle::{Loop, turn};
 pub use deform::{
     DeformStep, Deformation, KeyFrames, Morph, Skin, SkinBinding, Twist, VertexSets, Wave,
 };
+pub use hermite::{Blend, hermite};
 pub use identity::{Background, SceneId, TraceDepth};
 pub use light::{DirectionalLight, Fade, PointLight, SpotLight};
 pub use material::{Lobe, Material, Reflection};
@@ -62,7 +66,7 @@ pub fn plugin(engine: &mut Engine) {
     world.init_resource::<TraceDepth>();
     register_types(&world.get_resource_or_init::<AppTypeRegistry>());
     engine.world.add_observer(mark_reparented);
-    engine.add_systems(FrameSet::Animate, move_things);
+    engine.add_systems(FrameSet::Animate, (move_things, play_clips).chain());
     engine.add_systems(
         FrameSet::Propagate,
         (
@@ -109,6 +113,7 @@ fn register_types(registry: &AppTypeRegistry) {
     registry.register::<Sway>();
     registry.register::<PathMotion>();
     registry.register::<KeyFrames>();
+    registry.register::<ClipPlayer>();
     registry.register::<Morph>();
     registry.register::<Skin>();
     registry.register::<Wave>();

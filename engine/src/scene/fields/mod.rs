@@ -236,6 +236,12 @@ pub fn set(
     find(path)?.set(world, entity, value)
 }
 
+/// The layer of [`crate::world::ClipPlayer`] that a field of `clip` is of.
+pub(super) fn clip_layer(path: &str) -> usize {
+    let part = path.split('.').nth(1);
+    part.and_then(|part| part.parse().ok()).unwrap_or(0)
+}
+
 /// `transform.translation`, which paths write.
 pub(super) fn position() -> &'static Field {
     &all()[0]

@@ -6,9 +6,9 @@ use super::{Field, FieldKind, Value};
 use crate::scene::schema::{Angle, from_degrees, range, to_degrees};
 use crate::scene::writer::Writer;
 use crate::world::{
-    Camera, Cone, Cuboid, Cylinder, DirectionalLight, Disc, Fade, KeyFrames, Lobe, Material, Morph,
-    Plane, PointLight, Projection, Reflection, Sphere, SpotLight, ToneMap, Torus, Transform, Twist,
-    Visibility, Wave,
+    Camera, ClipLayer, ClipPlayer, Cone, Cuboid, Cylinder, DirectionalLight, Disc, Fade, KeyFrames,
+    Lobe, Material, Morph, Plane, PointLight, Projection, Reflection, Sphere, SpotLight, ToneMap,
+    Torus, Transform, Twist, Visibility, Wave,
 };
 
 /// `field!(path: Kind in [Components], getter to an option, setter, range)`. The setter works on a copy; the
@@ -98,6 +98,29 @@ fn set_weight(morph: &mut Morph, target: usize, value: f64) {
     }
 }
 
+fn layer<T>(player: &ClipPlayer, row: usize, get: fn(&ClipLayer) -> T) -> Option<T> {
+    player.layers.get(row).map(get)
+}
+fn set_layer(player: &mut ClipPlayer, row: usize, set: impl FnOnce(&mut ClipLayer)) {
+    player.layers.get_mut(row).map(set);
+}
+/// The name of the first clip that is played.
+fn clip_name(player: &ClipPlayer) -> Option<String> {
+    let row = player.layers.first()?.clip;
+    player.clips.clips().get(row).map(|clip| clip.name.clone())
+}
+/// Plays another clip in place of the first; a name that the model does not have changes nothing.
+fn set_clip(player: &mut ClipPlayer, name: &str) {
+    let row = player
+        .clips
+        .clips()
+        .iter()
+        .position(|clip| clip.name == name);
+    if let (Some(row), Some(layer)) = (row, player.layers.first_mut()) {
+        layer.clip = row;
+    }
+}
+
 const TONE_MAPS: [ToneMap; 3] = [ToneMap::Clip, ToneMap::Reinhard, ToneMap::Filmic];
 
 fn tone_map(word: &str) -> Option<ToneMap> {
@@ -108,10 +131,10 @@ fn tone_map(word: &str) -> Option<ToneMap> {
 
 /// Every field there is; `transform.translation` is the first.
 pub fn all() -> &'static [Field] {
-    &FIELDS
+    FIELDS
 }
 
-static FIELDS: [Field; 55] = [
+static FIELDS: &[Field] = &[
     field!("transform.translation": Vec3 in [Transform],
         |c| Some(c.translation), |c, v| c.translation = v),
     field!("transform.rotation": Rotation in [Transform],
@@ -167,6 +190,40 @@ static FIELDS: [Field; 55] = [
         |c| Some(to_degrees(c.swing)), |c, v| c.swing = from_degrees(v)),
     field!("deform.twist.angle": Number in [Twist],
         |c| Some(to_degrees(c.angle)), |c, v| c.angle = from_degrees(v)),
+    field!("clip.name": Text in [ClipPlayer],
+        clip_name, |c, v| set_clip(c, &v)),
+    field!("clip.start": Number in [ClipPlayer],
+        |c| layer(c, 0, |l| l.start), |c, v| set_layer(c, 0, |l| l.start = v)),
+    field!("clip.speed": Number in [ClipPlayer],
+        |c| layer(c, 0, |l| l.speed), |c, v| set_layer(c, 0, |l| l.speed = v)),
+    field!("clip.weight": Number in [ClipPlayer],
+        |c| layer(c, 0, |l| l.weight), |c, v| set_layer(c, 0, |l| l.weight = v), range::radius),
+    field!("clip.paused": Bool in [ClipPlayer],
+        |c| layer(c, 0, |l| l.paused), |c, v| set_layer(c, 0, |l| l.paused = v)),
+    field!("clip.1.start": Number in [ClipPlayer],
+        |c| layer(c, 1, |l| l.start), |c, v| set_layer(c, 1, |l| l.start = v)),
+    field!("clip.1.speed": Number in [ClipPlayer],
+        |c| layer(c, 1, |l| l.speed), |c, v| set_layer(c, 1, |l| l.speed = v)),
+    field!("clip.1.weight": Number in [ClipPlayer],
+        |c| layer(c, 1, |l| l.weight), |c, v| set_layer(c, 1, |l| l.weight = v), range::radius),
+    field!("clip.1.paused": Bool in [ClipPlayer],
+        |c| layer(c, 1, |l| l.paused), |c, v| set_layer(c, 1, |l| l.paused = v)),
+    field!("clip.2.start": Number in [ClipPlayer],
+        |c| layer(c, 2, |l| l.start), |c, v| set_layer(c, 2, |l| l.start = v)),
+    field!("clip.2.speed": Number in [ClipPlayer],
+        |c| layer(c, 2, |l| l.speed), |c, v| set_layer(c, 2, |l| l.speed = v)),
+    field!("clip.2.weight": Number in [ClipPlayer],
+        |c| layer(c, 2, |l| l.weight), |c, v| set_layer(c, 2, |l| l.weight = v), range::radius),
+    field!("clip.2.paused": Bool in [ClipPlayer],
+        |c| layer(c, 2, |l| l.paused), |c, v| set_layer(c, 2, |l| l.paused = v)),
+    field!("clip.3.start": Number in [ClipPlayer],
+        |c| layer(c, 3, |l| l.start), |c, v| set_layer(c, 3, |l| l.start = v)),
+    field!("clip.3.speed": Number in [ClipPlayer],
+        |c| layer(c, 3, |l| l.speed), |c, v| set_layer(c, 3, |l| l.speed = v)),
+    field!("clip.3.weight": Number in [ClipPlayer],
+        |c| layer(c, 3, |l| l.weight), |c, v| set_layer(c, 3, |l| l.weight = v), range::radius),
+    field!("clip.3.paused": Bool in [ClipPlayer],
+        |c| layer(c, 3, |l| l.paused), |c, v| set_layer(c, 3, |l| l.paused = v)),
     field!("light.color": Vec3 in [PointLight, DirectionalLight, SpotLight],
         |c| Some(c.color.as_dvec3()), |c, v| c.color = v.as_vec3(), color),
     field!("light.intensity": Number in [PointLight, DirectionalLight, SpotLight],

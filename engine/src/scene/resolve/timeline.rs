@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::{Resolver, find, mesh_key};
+use crate::scene::fields;
 use crate::scene::schema::{self, At, Light, LookAt, Scene, Shape};
 
 impl Resolver {
@@ -12,9 +13,8 @@ impl Resolver {
         for track in &scene.timeline.tracks {
             if track.field.value.starts_with("material.") {
                 if !self.materials.contains(&track.target.value) {
-                    self.unknown("material", &track.target, |resolver| {
-                        resolver.materials.iter().collect()
-                    });
+                    let materials = self.materials.iter().cloned().collect();
+                    self.unknown("material", &track.target, materials);
                 }
             } else if self.known_entity(&track.target) {
                 self.has_field(scene, track.target.value.as_str(), &track.field);
@@ -125,6 +125,7 @@ impl Resolver {
                 .as_ref()
                 .is_some_and(|found| found.name() == shape),
             "deform" => self.deforms(entity, &field.value),
+            "clip" => entity.clips.len() > fields::clip_layer(&field.value),
             "light" => entity.light.is_some(),
             "camera" => entity.camera.is_some(),
             _ => true,

@@ -2,6 +2,7 @@
 
 use glam::Vec3;
 
+use super::clip::{ClipFile, read_clips, write_clips};
 use super::primitive::{At, Color};
 use super::timeline::write_all;
 use super::{Deform, Light, Motion, Pose, Shape, Timeline, range};
@@ -58,6 +59,8 @@ pub struct Entity {
     pub shape: Option<Shape>,
     /// What is done to its mesh.
     pub deform: Deform,
+    /// What of its model's animations is played.
+    pub clips: Vec<ClipFile>,
     /// What its mesh is traced with; none: the fastest, shared with all that show the same mesh.
     pub structure: Option<Structure>,
     /// What moves it without the timeline.
@@ -194,7 +197,7 @@ fn read_entities(reader: &mut Reader, node: &Node) -> Option<Vec<Entity>> {
     reader.list(node, "entities", Entity::read)
 }
 
-const ENTITY_FIELDS: [&str; 20] = [
+const ENTITY_FIELDS: [&str; 21] = [
     "id",
     "name",
     "visible",
@@ -209,6 +212,7 @@ const ENTITY_FIELDS: [&str; 20] = [
     "polygon",
     "mesh",
     "deform",
+    "clip",
     "structure",
     "motion",
     "material",
@@ -245,6 +249,7 @@ impl Schema for Entity {
                 shape.write_field(writer);
             }
             writer.field_unless_default("deform", &self.deform, &Deform::default());
+            write_clips(writer, &self.clips);
             writer.field_if("structure", self.structure.as_ref());
             writer.field_unless_default("motion", &self.motion, &Motion::default());
             writer.field_if("material", self.material.as_ref());
@@ -283,6 +288,13 @@ fn read_entity(reader: &mut Reader, node: &Node) -> Option<Entity> {
             reader.expected(entry.at, found, "a mesh or a polygon beside it");
         }
     }
+    if let Some(entry) = fields.get("clip").filter(|_| fields.get("mesh").is_none()) {
+        reader.expected(
+            entry.at,
+            "found `clip` of an entity without a mesh file",
+            "a mesh beside it",
+        );
+    }
     let shape = Shape::read_first(reader, &fields);
     Some(Entity {
         id,
@@ -291,6 +303,7 @@ fn read_entity(reader: &mut Reader, node: &Node) -> Option<Entity> {
         pose: fields.read(reader, "transform").unwrap_or_default(),
         shape,
         deform: fields.read(reader, "deform").unwrap_or_default(),
+        clips: fields.with(reader, "clip", read_clips).unwrap_or_default(),
         structure: fields.read(reader, "structure"),
         motion: fields.read(reader, "motion").unwrap_or_default(),
         material: fields.read(reader, "material"),

@@ -5,6 +5,7 @@
 
 mod angle;
 mod camera;
+mod clip;
 mod deform;
 mod entity;
 mod light;
@@ -17,6 +18,7 @@ mod structure;
 mod timeline;
 
 pub use angle::{Angle, from_degrees, to_degrees};
+pub use clip::ClipFile;
 pub use deform::{Deform, KeysFile, MorphFile};
 pub use entity::{Entity, Scene, VERSION};
 pub use light::Light;

@@ -5,17 +5,19 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 use glam::DAffine3;
 
+use super::clips::{clip_set, own_entities, player};
 use super::{Imported, MeshSource, Spawner};
 use crate::import::{Content, Model, Node, Solid};
 use crate::scene::resolve::{MeshKey, mesh_key};
 use crate::scene::schema::{self, MeshFile};
-use crate::world::{Mesh, MeshId, Meshes, Skin, Surface, Transform, Visibility};
+use crate::world::{ClipSet, Mesh, MeshId, Meshes, Skin, Surface, Transform, Visibility};
 
 /// A model whose meshes are in the store.
 #[derive(Clone)]
 pub struct Stored {
     model: Arc<Model>,
     meshes: Vec<MeshId>,
+    clips: Arc<ClipSet>,
     key: MeshKey,
 }
 
@@ -49,15 +51,19 @@ impl Spawner {
             material,
         };
         let nodes = match stored.model.nodes.as_slice() {
-            [only] if is_plain(only) => vec![entity],
+            [only] if is_plain(only) && stored.clips.clips().is_empty() => vec![entity],
             nodes => spawn_nodes(world, entity, nodes),
         };
         let mut bound = Vec::new();
+        let mut targets = nodes.clone();
         for (node, &place) in stored.model.nodes.iter().zip(&nodes) {
             for content in &node.contents {
-                let target = match node.contents.len() {
-                    1 => place,
-                    _ => spawn_child(world, place, &name_of(&stored, node, content)),
+                let target = if own_entities(node) == 0 {
+                    place
+                } else {
+                    let child = spawn_child(world, place, &name_of(&stored, node, content));
+                    targets.push(child);
+                    child
                 };
                 self.content(world, target, (&stored, content), wearer);
                 bound.push((target, content));
@@ -66,12 +72,16 @@ impl Spawner {
         for (target, content) in bound {
             bind(world, target, (&stored.model, content), &nodes);
         }
+        if let Some(player) = player(&stored.clips, targets, &file.clips) {
+            world.entity_mut(entity).insert(player);
+        }
     }
 
     /// The model of a file; its meshes are stored at its first use.
     fn stored(&mut self, world: &mut World, mesh: &MeshFile) -> Option<Stored> {
         let key = mesh_key(&mesh.path.value, mesh.smooth_angle);
         if let Some(mut model) = self.models.remove(&key) {
+            let clips = std::mem::take(&mut model.clips);
             let mut store = world.get_resource_or_init::<Meshes>();
             let parts = model.parts.iter_mut().map(|part| {
                 let mut data = std::mem::take(&mut part.mesh);
@@ -82,6 +92,7 @@ impl Spawner {
             });
             let stored = Stored {
                 meshes: parts.collect(),
+                clips: clip_set(&model, clips),
                 model: Arc::new(model),
                 key: key.clone(),
             };

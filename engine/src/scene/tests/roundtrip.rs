@@ -36,6 +36,7 @@ fn entity(chance: &mut Chance, ids: &mut Vec<String>, materials: usize, depth: u
         } else {
             s::Deform::default()
         },
+        clips: Vec::new(),
         structure: (has_triangles && chance.one_in(2)).then(|| structure(chance)),
         motion: motion(chance),
         material: chance

@@ -4,6 +4,7 @@ use glam::{DQuat, DVec3};
 
 use crate::scene::fields::Value;
 use crate::scene::schema::{Ease, Key, KeyValue, Loop, Rotation};
+use crate::world::{Blend, hermite};
 
 /// Keys in the form that is fastest to sample.
 #[derive(Clone, Debug)]
@@ -190,27 +191,6 @@ fn rotations(keys: &[Key]) -> Option<Values> {
     Some(Values::Quat(quats))
 }
 
-/// What a curve needs of its values.
-trait Blend:
-    Copy
-    + std::ops::Add<Output = Self>
-    + std::ops::Sub<Output = Self>
-    + std::ops::Mul<f64, Output = Self>
-{
-}
-impl Blend for f64 {}
-impl Blend for DVec3 {}
-impl Blend for DQuat {}
-
 fn velocity<T: Blend>((way, time): (T, f64)) -> T {
     way * (1.0 / time)
-}
-
-/// The cubic from p0 to p1 with velocities m0 and m1 at t = 0 and 1.
-fn hermite<T: Blend>(p0: T, m0: T, p1: T, m1: T, t: f64) -> T {
-    let (t2, t3) = (t * t, t * t * t);
-    p0 * (2.0 * t3 - 3.0 * t2 + 1.0)
-        + m0 * (t3 - 2.0 * t2 + t)
-        + p1 * (3.0 * t2 - 2.0 * t3)
-        + m1 * (t3 - t2)
 }
