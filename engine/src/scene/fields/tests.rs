@@ -1,10 +1,13 @@
+use std::sync::Arc;
+
 use glam::{DQuat, DVec3, Vec3};
 
 use super::*;
 use crate::scene::tests::Chance;
 use crate::world::{
-    Camera, Cone, Cuboid, Cylinder, DirectionalLight, Disc, Fade, KeyFrames, Lobe, Material, Morph,
-    Plane, PointLight, Projection, Sphere, SpotLight, Torus, Transform, Twist, Visibility, Wave,
+    Camera, Clip, ClipLayer, ClipPlayer, ClipSet, Cone, Cuboid, Cylinder, DirectionalLight, Disc,
+    Fade, KeyFrames, Lobe, Material, Morph, Plane, PointLight, Projection, Sphere, SpotLight,
+    Torus, Transform, Twist, Visibility, Wave,
 };
 
 /// Entities that together have every field.
@@ -66,6 +69,13 @@ fn cast(world: &mut World) -> Vec<Entity> {
             ))
             .id(),
         world
+            .spawn(ClipPlayer {
+                clips: clips(["Clip", "Reinhard", "Filmic"]),
+                layers: vec![ClipLayer::default(); 4],
+                ..Default::default()
+            })
+            .id(),
+        world
             .spawn(Material {
                 phong: lobe,
                 specular: lobe,
@@ -73,6 +83,15 @@ fn cast(world: &mut World) -> Vec<Entity> {
             })
             .id(),
     ]
+}
+
+/// Clips that move nothing, by name.
+fn clips(names: [&str; 3]) -> Arc<ClipSet> {
+    let clip = |name: &str| Clip {
+        name: name.to_owned(),
+        ..Clip::default()
+    };
+    Arc::new(ClipSet::new(names.map(clip).to_vec(), |_| Vec::new()))
 }
 
 fn random(field: &Field, chance: &mut Chance) -> Value {
