@@ -10,6 +10,9 @@
 #import orrery::surface::{Surface, excluded_row, origin_towards}
 #import orrery::traverse::{Probe, key_after, key_before, trace}
 #import orrery::counters::shadow_rays
+#ifdef TINTED
+#import orrery::look::tint
+#endif
 
 // Below this cosine a light does not count (the model's own bound).
 const LEAST_COSINE: f32 = 1e-10;
@@ -24,7 +27,12 @@ struct Beam {
 fn local_light(surface: Surface, dir: vec3f) -> vec3f {
     let material = materials[surface.material];
     let opaque = max(1.0 - material.filtered - material.transmit, 0.0);
-    var sum = material.color * (material.emission * opaque);
+#ifdef TINTED
+    let color = surface.color;
+#else
+    let color = material.color;
+#endif
+    var sum = color * (material.emission * opaque);
     if material.diffuse * opaque == 0.0 && material.phong_strength == 0.0 && material.specular_strength == 0.0 {
         return sum;
     }
@@ -36,7 +44,7 @@ fn local_light(surface: Surface, dir: vec3f) -> vec3f {
             continue;
         }
         let strength = beam_strength(light, beam);
-        let answer = material.color * (material.diffuse * opaque * cosine)
+        let answer = color * (material.diffuse * opaque * cosine)
             + vec3f(highlights(material, surface.n_shade, dir, beam.dir));
         if all(strength == vec3f(0.0)) || all(answer == vec3f(0.0)) {
             continue;
@@ -117,7 +125,12 @@ fn shadow(surface: Surface, light: LightRow, to_light: vec3f) -> vec3f {
         }
         let is_same_edge = found.key.id == probe.after.id && found.key.t <= probe.after.t * ONE_CROSSING;
         if !is_same_edge {
-            passed *= material.color * material.filtered + vec3f(material.transmit);
+#ifdef TINTED
+            let color = tint(found.row, found.triangle, found.uv, material);
+#else
+            let color = material.color;
+#endif
+            passed *= color * material.filtered + vec3f(material.transmit);
         }
         probe.after = found.key;
     }

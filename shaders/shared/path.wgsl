@@ -3,13 +3,16 @@
 // Twin: engine/src/trace/cpu/path.rs.
 #define_import_path orrery::path
 
-#import orrery::types::{MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, MaterialRow, NONE, STRAIGHT_CAPACITY}
+#import orrery::types::{MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, MaterialRow, NONE, PROJECTION_PERSPECTIVE, STRAIGHT_CAPACITY}
 #import orrery::scene::{materials, view}
 #import orrery::affine::unit_or
 #import orrery::slab::FARTHEST
 #import orrery::surface::{Surface, excluded_row, origin_towards, resolve}
 #import orrery::traverse::{Probe, key_after, key_before, trace}
 #import orrery::light::local_light
+#ifdef TINTED
+#import orrery::appear::appear
+#endif
 #ifdef REFLECTION
 #import orrery::counters::reflected_rays
 #endif
@@ -33,6 +36,11 @@ struct Travel {
     start_row: u32,
     weight: vec3f,
     start_prim: u32,
+#ifdef FOOTPRINTS
+    // Of its cone where it starts: as wide as a pixel, and as wide again each time it has gone as far. Mirrors and boundaries
+    // count as flat.
+    width: f32,
+#endif
 #ifdef TRANSMISSION
     straight: u32,
     media: Media,
@@ -55,11 +63,26 @@ fn camera_travel(origin: vec3f, dir: vec3f) -> Travel {
     ray.start_row = NONE;
     ray.weight = vec3f(1.0);
     ray.start_prim = NONE;
+#ifdef FOOTPRINTS
+    ray.width = select(pixel_width(), 0.0, view.projection == PROJECTION_PERSPECTIVE);
+#endif
 #ifdef TRANSMISSION
     ray.media = no_media();
 #endif
     return ray;
 }
+
+#ifdef FOOTPRINTS
+// Width of a pixel: at distance 1, or at any where rays are parallel.
+fn pixel_width() -> f32 {
+    return 2.0 * length(view.up_step);
+}
+
+// What a cone widens by, a length.
+fn cone_spread() -> f32 {
+    return select(0.0, pixel_width(), view.projection == PROJECTION_PERSPECTIVE);
+}
+#endif
 
 // Linear RGB seen along a camera ray, less at most what the purse holds.
 fn radiance(camera_ray: Travel) -> vec3f {
@@ -78,7 +101,17 @@ fn radiance(camera_ray: Travel) -> vec3f {
         if found.row == NONE {
             sum += ray.weight * view.background;
         } else {
-            let surface = resolve(found, ray.origin, ray.dir);
+            var surface = resolve(found, ray.origin, ray.dir);
+#ifdef FOOTPRINTS
+            surface.width = ray.width + cone_spread() * found.key.t;
+#ifdef TINTED
+            surface = appear(found, surface, ray.dir, surface.width);
+#endif
+#else
+#ifdef TINTED
+            surface = appear(found, surface, ray.dir, 0.0);
+#endif
+#endif
             sum += ray.weight * local_light(surface, ray.dir);
 #ifdef SCATTERS
             let scattered = scatter(ray, surface);
@@ -129,7 +162,11 @@ fn scatter(ray: Travel, surface: Surface) -> Scattered {
     var reflected = vec3f(0.0);
     var passed = vec3f(0.0);
     if (material.flags & MATERIAL_TRANSMITS) != 0u {
+#ifdef TINTED
+        passed = surface.color * material.filtered + vec3f(material.transmit);
+#else
         passed = material.color * material.filtered + vec3f(material.transmit);
+#endif
     }
     if (material.flags & MATERIAL_FRESNEL) != 0u {
         let share = fresnel(eta, cosine);
@@ -220,6 +257,9 @@ fn spawn(ray: Travel, surface: Surface, dir: vec3f, weight: vec3f) -> Travel {
     next.start_row = excluded_row(surface);
     next.weight = weight;
     next.start_prim = surface.prim;
+#ifdef FOOTPRINTS
+    next.width = surface.width;
+#endif
 #ifdef TRANSMISSION
     next.straight = 0u;
 #endif

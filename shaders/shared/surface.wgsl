@@ -4,7 +4,7 @@
 #define_import_path orrery::surface
 
 #import orrery::types::{InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, KIND_TORUS, NONE}
-#import orrery::scene::{instances, triangles, vertices}
+#import orrery::scene::{instances, materials, triangles, vertices}
 #import orrery::affine::{map_abs_linear, map_point, map_transposed, unit_or}
 #import orrery::traverse::Found
 #ifdef SPHERES
@@ -42,6 +42,14 @@ struct Surface {
     // Unit, on the side of n_geom.
     n_shade: vec3f,
     material: u32,
+#ifdef TINTED
+    // Linear RGB, in place of the material's.
+    color: vec3f,
+#endif
+#ifdef FOOTPRINTS
+    // Of the ray's cone here.
+    width: f32,
+#endif
     // Instance row and primitive: what rays from here must not meet.
     row: u32,
     prim: u32,
@@ -123,7 +131,18 @@ fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
     let shading = unit_or(above.shading, n_geom);
     n_shade = select(shading, -shading, dot(shading, n_geom) < 0.0);
 #endif
-    return Surface(position, above.error, n_geom, n_shade, instances[found.row].material, found.row, found.key.prim);
+    var surface: Surface;
+    surface.position = position;
+    surface.error = above.error;
+    surface.n_geom = n_geom;
+    surface.n_shade = n_shade;
+    surface.material = instances[found.row].material;
+#ifdef TINTED
+    surface.color = materials[surface.material].color;
+#endif
+    surface.row = found.row;
+    surface.prim = found.key.prim;
+    return surface;
 }
 
 // Where a ray along `dir` starts: off the surface by the error and the rounding of that very sum.

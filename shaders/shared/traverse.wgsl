@@ -13,6 +13,9 @@
 #ifdef MESHES
 #import orrery::triangle::{Shear, hit_triangle, make_shear}
 #endif
+#ifdef CUTOUTS
+#import orrery::look::is_hole
+#endif
 #ifdef SPHERES
 #import orrery::sphere::{hit_sphere, sphere_frame, unit_sphere}
 #endif
@@ -107,7 +110,7 @@ fn trace(probe: Probe) -> Found {
 #ifdef PLANES
 fn trace_planes(probe: Probe, so_far: Found) -> Found {
     var best = so_far;
-    for (var row = view.first_plane; row != NONE; row = instances[row].next_plane) {
+    for (var row = view.first_plane; row != NONE; row = instances[row].link) {
         let plane = instances[row].local_from_world[0];
         let along = dot(plane.xyz, probe.dir);
         if along != 0.0 && probe.start_row != row {
@@ -226,6 +229,11 @@ fn offer_triangles(probe: Probe, so_far: Found, mesh: u32, shear: Shear, origin:
         let hit = hit_triangle(shear, origin, triangles[index].a, triangles[index].b, triangles[index].c);
         let starts_on = probe.start_row == mesh && probe.start_prim == prim;
         if hit.hits && !starts_on {
+#ifdef CUTOUTS
+            if hit.t <= best.key.t && is_hole(mesh, index, vec2f(hit.u, hit.v)) {
+                continue;
+            }
+#endif
             best = offer(probe, best, Found(Key(hit.t, mesh, prim), mesh, index, vec2f(hit.u, hit.v)));
         }
     }

@@ -17,6 +17,10 @@ const ROOT_OF_SPHERES: u32 = 0x80000000u;
 const MATERIAL_FRESNEL: u32 = 1u;
 const MATERIAL_MIRROR: u32 = 2u;
 const MATERIAL_TRANSMITS: u32 = 4u;
+const WRAP_REPEAT: u32 = 0u;
+const WRAP_CLAMP: u32 = 1u;
+const WRAP_MIRROR: u32 = 2u;
+const TEXELS_SHIFT: u32 = 12u;
 const LIGHT_POINT: u32 = 0u;
 const LIGHT_DIRECTIONAL: u32 = 1u;
 const LIGHT_SPOT: u32 = 2u;
@@ -96,7 +100,7 @@ struct InstanceRow {
     first_triangle: u32,
     parameter: f32,
     mesh: u32,
-    next_plane: u32,
+    link: u32,
     first_normal: u32,
 }
 
@@ -113,7 +117,7 @@ struct PlacedTriangleRow {
 
 struct VertexRow {
     vector: vec3f,
-    spare: u32,
+    further: u32,
 }
 
 struct MaterialRow {
@@ -129,6 +133,10 @@ struct MaterialRow {
     filtered: f32,
     ior: f32,
     flags: u32,
+    color_map: u32,
+    normal_map: u32,
+    alpha_cutoff: f32,
+    spare: u32,
 }
 
 struct LightRow {

@@ -3,6 +3,7 @@
 pub mod metrics;
 pub mod panes;
 pub mod program;
+pub mod random_looks;
 pub mod random_scene;
 pub mod scene_json;
 pub mod tracers;

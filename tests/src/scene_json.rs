@@ -164,6 +164,7 @@ impl MaterialFile {
             transmit: self.transmit,
             filter: self.filter,
             ior: self.ior.unwrap_or(1.0),
+            ..Material::default()
         }
     }
 }

@@ -177,7 +177,7 @@ fn lay_out(meshes: &[(Arc<MeshData>, Tree)]) -> (RigRows, Vec<Place>) {
     let poison = f32::NAN;
     let nowhere = VertexRow {
         vector: [poison; 3],
-        spare: 0,
+        further: 0,
     };
     for (mesh, tree) in meshes {
         rows.nodes.push(Node4::EMPTY);

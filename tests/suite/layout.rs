@@ -78,7 +78,7 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             first_triangle,
             parameter,
             mesh,
-            next_plane,
+            link,
             first_normal,
         }),
         layout_of!(PlacedTriangleRow {
@@ -91,7 +91,7 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             c,
             spare_also,
         }),
-        layout_of!(VertexRow { vector, spare }),
+        layout_of!(VertexRow { vector, further }),
         layout_of!(MaterialRow {
             color,
             diffuse,
@@ -105,6 +105,10 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             filtered,
             ior,
             flags,
+            color_map,
+            normal_map,
+            alpha_cutoff,
+            spare,
         }),
         layout_of!(LightRow {
             position,
@@ -195,6 +199,7 @@ fn rust_constants() -> BTreeMap<String, u32> {
     let of_rows = constants!(wire:
         NONE, CONE_OPEN, ROOT_OF_SPHERES, KIND_MESH, KIND_SPHERE, KIND_ELLIPSOID, KIND_CUBOID, KIND_PLANE,
         KIND_DISC, KIND_CONE, KIND_TORUS,
+        WRAP_REPEAT, WRAP_CLAMP, WRAP_MIRROR, TEXELS_SHIFT,
         MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, LIGHT_POINT, LIGHT_DIRECTIONAL,
         LIGHT_SPOT, PROJECTION_PERSPECTIVE, PROJECTION_ORTHOGRAPHIC, QUERY_CLOSEST, QUERY_ANY,
         MEDIA_CAPACITY, GENERATIONS_CAPACITY, STRAIGHT_CAPACITY, TRAVERSAL_CAPACITY,
@@ -292,6 +297,10 @@ pub fn all_features() -> Features {
         cones: true,
         tori: true,
         open_cones: true,
+        textures: true,
+        normal_maps: true,
+        vertex_colors: true,
+        cutouts: true,
         spot_lights: true,
         directional_lights: true,
         fade: true,
@@ -336,6 +345,7 @@ fn kernels_bind_what_the_layouts_and_the_table_say() {
             number(0, &["view", "pass_row"]),
             number(1, &SCENE_BINDINGS),
             number(2, &work),
+            number(3, &["texels"]),
         ]
         .concat();
         let found = bindings(&module);

@@ -11,6 +11,7 @@ mod house;
 mod invariance;
 mod layout;
 mod leaving;
+mod looks;
 mod motion;
 mod moving;
 mod numerics;

@@ -6,7 +6,7 @@ use orrery_engine::trace::gpu::{Kernel, Specialisation, shader_source};
 use crate::layout::all_features;
 
 /// Number of switches in [`Features`].
-const SWITCHES: u32 = 15;
+const SWITCHES: u32 = 19;
 
 /// The features whose bits are set.
 fn features(bits: u32) -> Features {
@@ -27,6 +27,10 @@ fn features(bits: u32) -> Features {
         cones: bit(12),
         tori: bit(13),
         open_cones: bit(14),
+        textures: bit(15),
+        normal_maps: bit(16),
+        vertex_colors: bit(17),
+        cutouts: bit(18),
     }
 }
 

@@ -22,7 +22,7 @@ use crate::app::Engine;
 use crate::schedule::FrameSet;
 use crate::world::{
     ActiveCamera, Background, Camera, Changes, GlobalTransform, GlobalVisibility, Material, Meshes,
-    Projection, TraceDepth, picture_camera,
+    Projection, Textures, TraceDepth, picture_camera,
 };
 
 /// Adds extraction.
@@ -33,6 +33,7 @@ pub fn plugin(engine: &mut Engine) {
         (
             extract_materials,
             extract_meshes,
+            extract_textures,
             vacate_removed,
             relink_materials,
             extract_instances,
@@ -145,6 +146,19 @@ fn extract_meshes(
         }
     }
     *seen = meshes.rows().version();
+}
+
+fn extract_textures(
+    mut scene: ResMut<FrameScene>,
+    textures: Res<Textures>,
+    mut rows: ResMut<Rows>,
+    mut seen: Local<u64>,
+) {
+    let version = textures.rows().version();
+    if std::mem::replace(&mut *seen, version) != version {
+        scene.textures.clone_from(textures.rows());
+        rows.restructured = true;
+    }
 }
 
 fn extract_view(

@@ -1,7 +1,7 @@
 //! What a scene makes necessary. What is false here is not compiled, bound or traced.
 
 use super::{FrameScene, LightKind, Shape};
-use crate::world::{Reflection, Structure};
+use crate::world::{Material, MeshData, Reflection, Structure, TextureId};
 
 /// Which parts of a tracer this scene needs.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
@@ -36,6 +36,14 @@ pub struct Features {
     pub directional_lights: bool,
     /// Some light fades with distance.
     pub fade: bool,
+    /// Some mesh shows a texture.
+    pub textures: bool,
+    /// Some mesh shows a texture of normals.
+    pub normal_maps: bool,
+    /// Some mesh has colours at its vertices.
+    pub vertex_colors: bool,
+    /// Some mesh is not there where its alpha is low.
+    pub cutouts: bool,
 }
 
 impl Features {
@@ -48,6 +56,8 @@ impl Features {
                 Shape::Mesh(mesh) => {
                     needs.meshes = true;
                     let row = &scene.meshes[mesh as usize];
+                    let material = &scene.materials[instance.material as usize];
+                    needs.find_looks(scene, material, &row.data);
                     needs.smooth_normals |= !row.data.normals.is_empty();
                     needs.sphere_trees |= matches!(row.structure, Structure::Spheres { .. });
                 }
@@ -71,5 +81,20 @@ impl Features {
             needs.fade |= light.fade.is_some();
         }
         needs
+    }
+
+    /// Looks of a mesh beyond its material's colour.
+    fn find_looks(&mut self, scene: &FrameScene, material: &Material, mesh: &MeshData) {
+        let is_there = |map: Option<TextureId>| {
+            let texture = map.and_then(|id| scene.textures.get(id.0 as usize));
+            !mesh.uvs.is_empty() && texture.is_some_and(|texture| !texture.levels.is_empty())
+        };
+        let has_colors = !mesh.colors.is_empty();
+        let (has_color_map, has_normal_map) =
+            (is_there(material.color_map), is_there(material.normal_map));
+        self.textures |= has_color_map || has_normal_map;
+        self.normal_maps |= has_normal_map;
+        self.vertex_colors |= has_colors;
+        self.cutouts |= material.alpha_cutoff.is_some() && (has_color_map || has_colors);
     }
 }

@@ -3,11 +3,13 @@
 //! Written by extraction alone, read by tracers alone. Row numbers are stable while an entity lives, so a
 //! hit's `instance` names the same entity from frame to frame; freed rows hold [`Shape::Vacant`].
 
+use std::sync::Arc;
+
 use bevy_ecs::prelude::*;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::Features;
-use crate::world::{Cone, FARTHEST, Fade, Material, MeshRow, Table, ToneMap};
+use crate::world::{Cone, FARTHEST, Fade, Material, MeshRow, Table, Texture, ToneMap};
 
 /// Everything a tracer needs to know of a frame.
 #[derive(Resource, Clone, Debug, Default)]
@@ -22,6 +24,8 @@ pub struct FrameScene {
     pub lights: Table<Light>,
     /// Material rows; row 0 is the default one, for shapes that name none.
     pub materials: Table<Material>,
+    /// Texture rows, which materials name.
+    pub textures: Table<Arc<Texture>>,
     /// Mesh rows. A changed mesh is another `Arc` in the same row, a deformed one another deformation.
     pub meshes: Table<MeshRow>,
     /// Shapes in the world.

@@ -44,6 +44,14 @@ pub const MATERIAL_FRESNEL: u32 = 1;
 pub const MATERIAL_MIRROR: u32 = 2;
 /// [`MaterialRow::flags`]: lets light through.
 pub const MATERIAL_TRANSMITS: u32 = 4;
+/// Beyond a texture's edge comes the texture again.
+pub const WRAP_REPEAT: u32 = 0;
+/// Beyond a texture's edge comes the texel at the edge.
+pub const WRAP_CLAMP: u32 = 1;
+/// Beyond a texture's edge comes the texture turned round.
+pub const WRAP_MIRROR: u32 = 2;
+/// Texels of a row of the memory of texels, as a power of two; as many rows make a layer.
+pub const TEXELS_SHIFT: u32 = 12;
 /// [`LightRow::kind`].
 pub const LIGHT_POINT: u32 = 0;
 /// [`LightRow::kind`]: `position` is the unit direction towards the light.
@@ -99,7 +107,7 @@ pub struct ViewRow {
     pub max_generations: u32,
     /// `PROJECTION_*`.
     pub projection: u32,
-    /// First instance row that is a plane, the others follow by [`InstanceRow::next_plane`]: planes are in
+    /// First instance row that is a plane, the others follow by [`InstanceRow::link`]: planes are in
     /// no tree. [`NONE`]: there is none.
     pub first_plane: u32,
     /// Rows of lights.
@@ -159,8 +167,9 @@ pub struct InstanceRow {
     pub parameter: f32,
     /// Meshes: row of `FrameScene::meshes`.
     pub mesh: u32,
-    /// Planes: the next one, or [`NONE`].
-    pub next_plane: u32,
+    /// Planes: the next one, or [`NONE`]. Meshes: first row of its looks, in the order of vertices; [`NONE`]: it has neither
+    /// texture coordinates nor colours.
+    pub link: u32,
     /// Meshes: first row of its normals, in the order of vertices; [`NONE`]: faces are flat.
     pub first_normal: u32,
 }
@@ -228,15 +237,15 @@ impl PlacedTriangleRow {
     }
 }
 
-/// A vector of a vertex: its position in its mesh's space relative to the mesh's origin, or its unit normal.
-/// A mesh's positions come first, a smooth one's normals after them.
+/// A vector of a vertex: its position in its mesh's space relative to the mesh's origin, its unit normal, or its looks.
+/// A mesh's positions come first, a smooth one's normals after them, then texture coordinates with alpha, then colours.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, Default, PartialEq, Pod, Zeroable)]
 pub struct VertexRow {
-    /// Position or normal.
+    /// Position, normal, texture coordinates and alpha, or linear RGB.
     pub vector: [f32; 3],
-    /// Room for one more number.
-    pub spare: u32,
+    /// Texture coordinates: how many rows on the vertex has its colour; 0: it has none. Others: 0.
+    pub further: u32,
 }
 
 /// A material; see [`crate::world::Material`].
@@ -267,6 +276,14 @@ pub struct MaterialRow {
     pub ior: f32,
     /// `MATERIAL_*`.
     pub flags: u32,
+    /// Where the colour map begins in the memory of texels; [`NONE`]: there is none.
+    pub color_map: u32,
+    /// Where the normal map begins; [`NONE`]: there is none.
+    pub normal_map: u32,
+    /// Least alpha of what is there; 0: everything is.
+    pub alpha_cutoff: f32,
+    /// Room for more.
+    pub spare: u32,
 }
 
 /// A light in render space; see [`crate::frame::Light`].

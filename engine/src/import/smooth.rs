@@ -2,11 +2,11 @@
 //!
 //! A normal is the mean of the faces around a vertex, weighted by their angle there (Thürmer and Wüthrich
 //! 1998), taken over the faces that meet at no more than the crease angle; a vertex where they do not all
-//! meet so gently is split.
+//! meet so gently is split, and so is one that looks different in two of them.
 
 use std::collections::HashMap;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::Part;
 use crate::world::MeshData;
@@ -44,8 +44,9 @@ fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
         }
     }
     let limit = crease_degrees.to_radians().cos() - 1e-9;
-    let mut rows: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
+    let mut rows: HashMap<(u32, [u32; 3], [u32; 6]), u32> = HashMap::new();
     let (mut vertices, mut normals, mut sources) = (Vec::new(), Vec::new(), Vec::new());
+    let (mut uvs, mut colors) = (Vec::new(), Vec::new());
     let triangles = mesh
         .triangles
         .iter()
@@ -63,10 +64,18 @@ fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
                 // A triangle without area has no normal; any unit vector keeps shading finite.
                 let own = own.try_normalize().unwrap_or(DVec3::Y);
                 let normal: Vec3 = sum.try_normalize().unwrap_or(own).as_vec3();
-                let key = (place, normal.to_array().map(f32::to_bits));
+                let uv = mesh.uvs.get(vertex as usize);
+                let color = mesh.colors.get(vertex as usize);
+                let key = (
+                    place,
+                    normal.to_array().map(f32::to_bits),
+                    look_bits(uv, color),
+                );
                 *rows.entry(key).or_insert_with(|| {
                     vertices.push(mesh.vertices[place as usize]);
                     normals.push(normal);
+                    uvs.extend(uv);
+                    colors.extend(color);
                     sources.push(place);
                     vertices.len() as u32 - 1
                 })
@@ -81,10 +90,19 @@ fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
         vertices,
         positions,
         normals,
+        uvs,
+        colors,
         triangles,
         ..mesh.clone()
     };
     (smooth, sources)
+}
+
+/// What tells vertices at one place apart by their looks.
+fn look_bits(uv: Option<&Vec2>, color: Option<&Vec4>) -> [u32; 6] {
+    let [u, v] = uv.copied().unwrap_or_default().to_array();
+    let [r, g, b, a] = color.copied().unwrap_or_default().to_array();
+    [u, v, r, g, b, a].map(f32::to_bits)
 }
 
 /// A face's normal and its angle at one corner.

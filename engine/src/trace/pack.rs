@@ -17,6 +17,7 @@ mod instances;
 mod mesh;
 mod reach;
 mod rows;
+mod texels;
 mod users;
 
 use std::ops::Range;
@@ -27,6 +28,7 @@ use rayon::prelude::*;
 pub use self::dirty::DirtyRows;
 pub use self::instances::most_nodes;
 pub use self::mesh::{PackedMesh, Stale};
+pub use self::texels::{Texel, Texels};
 
 use self::bound::radiance_bounds;
 use self::instances::PackedInstances;
@@ -59,6 +61,12 @@ pub struct PackedScene {
     pub meshes: Vec<PackedMesh>,
     /// Some instance lets light through, so shadows are not all or nothing.
     pub transparent: bool,
+    /// Some mesh has a colour of its own, or a normal map.
+    pub has_looks: bool,
+    /// Some mesh has holes by alpha.
+    pub has_cutouts: bool,
+    /// Pictures that materials name.
+    pub texels: Texels,
     /// The last [`PackedScene::refit`] and [`PackedScene::pack`] found something that a picture may show.
     pub has_changed: bool,
     /// Trees built or refitted by them.
@@ -168,10 +176,13 @@ impl PackedScene {
 
     /// Packs what changed of everything else, and brings the tree over instances up to it.
     pub fn pack(&mut self, scene: &FrameScene, settings: &TraceSettings) {
-        let materials = scene.materials.changes_since(self.seen[0]) != Changes::None;
+        let textures = self.texels.update(&scene.textures);
+        let materials = textures || scene.materials.changes_since(self.seen[0]) != Changes::None;
         if materials {
+            let texels = &self.texels;
+            let rows = scene.materials.iter();
             self.materials
-                .assign(scene.materials.iter().map(material_row));
+                .assign(rows.map(|material| material_row(material, texels)));
         }
         let lights = scene.lights.changes_since(self.seen[2]) != Changes::None;
         let eye = scene.view.origin;
@@ -209,6 +220,8 @@ impl PackedScene {
         self.view = view;
         self.kernels = settings.kernels;
         self.features = scene.features;
+        self.has_looks = scene.features.textures || scene.features.vertex_colors;
+        self.has_cutouts = scene.features.cutouts;
     }
 
     fn make_view(&self, scene: &FrameScene, settings: &TraceSettings) -> ViewRow {
@@ -287,6 +300,7 @@ impl PackedScene {
         self.instances.lose_nodes();
         self.materials.all_mut();
         self.lights.all_mut();
+        self.texels.is_stale = true;
     }
 
     /// Meshes of which a device's copy lacks something; from now on it has them.

@@ -5,11 +5,14 @@ use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 use glam::Vec3;
 
+use super::TextureId;
+
 /// A material, on an entity of its own; shapes name it by [`super::Surface`].
 ///
 /// With a = 1 - filter - transmit, V to the eye, N towards the eye, per light of colour Lc:
 /// `color*diffuse*a*(N.L)*Lc + phong.strength*(R.L)^n*Lc + specular.strength*(N.H)^n*Lc`,
 /// plus `color*emission*a`, plus reflection, plus transmission times `color*filter + transmit`.
+/// On meshes `color` stands for its product with the colour map and the vertex colours.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[component(summary_tick)]
@@ -32,6 +35,13 @@ pub struct Material {
     pub filter: f32,
     /// Index of refraction, > 0; 1 is air.
     pub ior: f64,
+    /// Times the colour, where a mesh has texture coordinates.
+    pub color_map: Option<TextureId>,
+    /// Tilts the normal, where a mesh has texture coordinates: red to the right of the picture, green up it, blue
+    /// outward, a half is none (linear numbers).
+    pub normal_map: Option<TextureId>,
+    /// Meshes are not there where the product of the colour map's alpha and the vertices' is below this; none: everywhere.
+    pub alpha_cutoff: Option<f32>,
 }
 
 impl Default for Material {
@@ -46,6 +56,9 @@ impl Default for Material {
             transmit: 0.0,
             filter: 0.0,
             ior: 1.0,
+            color_map: None,
+            normal_map: None,
+            alpha_cutoff: None,
         }
     }
 }

@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
-use glam::{DVec3, Vec3};
+use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::{Deformation, Structure, Table};
 
@@ -34,6 +34,10 @@ pub struct MeshData {
     pub positions: Vec<Vec3>,
     /// One unit normal a vertex for smooth shading; empty: flat.
     pub normals: Vec<Vec3>,
+    /// Texture coordinates, one a vertex, finite; empty: none.
+    pub uvs: Vec<Vec2>,
+    /// Linear red, green and blue, and alpha, one a vertex, all from 0 to 1; empty: white.
+    pub colors: Vec<Vec4>,
     /// Corners of each triangle, counter-clockwise seen from outside.
     pub triangles: Vec<[u32; 3]>,
 }
@@ -91,8 +95,39 @@ impl MeshData {
             vertices,
             positions,
             normals,
+            uvs: Vec::new(),
+            colors: Vec::new(),
             triangles,
         })
+    }
+
+    /// The mesh with texture coordinates and colours of its vertices; each is empty or one a vertex. Colours are brought
+    /// to 0 to 1, so that no surface gives off more light than its material says.
+    ///
+    /// # Errors
+    /// A sentence that names the first number that is not finite, or a wrong count.
+    pub fn with_looks(mut self, uvs: Vec<Vec2>, colors: Vec<Vec4>) -> Result<Self, String> {
+        let count = self.vertices.len();
+        for (what, found) in [
+            ("texture coordinates", uvs.len()),
+            ("colours", colors.len()),
+        ] {
+            if found != 0 && found != count {
+                return Err(format!("{found} {what} for {count} vertices"));
+            }
+        }
+        if let Some(i) = uvs.iter().position(|uv| !uv.is_finite()) {
+            return Err(format!("texture coordinate {i} is not finite: {}", uvs[i]));
+        }
+        if let Some(i) = colors.iter().position(|color| !color.is_finite()) {
+            return Err(format!("colour {i} is not finite: {}", colors[i]));
+        }
+        self.uvs = uvs;
+        self.colors = colors;
+        for color in &mut self.colors {
+            *color = color.clamp(Vec4::ZERO, Vec4::ONE);
+        }
+        Ok(self)
     }
 }
 

@@ -21,6 +21,7 @@ mod propagate;
 mod shape;
 mod structure;
 mod table;
+mod texture;
 mod transform;
 mod visibility;
 
@@ -47,6 +48,7 @@ pub use shape::{
 };
 pub use structure::Structure;
 pub use table::{Changes, Table};
+pub use texture::{ColorSpace, Level, Texture, TextureId, Textures, Wrap};
 pub use transform::{GlobalTransform, Shear, Transform, world_from_local};
 pub use visibility::{GlobalVisibility, Visibility};
 
@@ -61,6 +63,7 @@ use crate::schedule::FrameSet;
 pub fn plugin(engine: &mut Engine) {
     let world = &mut engine.world;
     world.init_resource::<Meshes>();
+    world.init_resource::<Textures>();
     world.init_resource::<ActiveCamera>();
     world.init_resource::<Background>();
     world.init_resource::<TraceDepth>();

@@ -90,6 +90,11 @@ fn usable(material: &Material) -> Material {
         } else {
             plain.ior
         },
+        color_map: material.color_map,
+        normal_map: material.normal_map,
+        alpha_cutoff: material
+            .alpha_cutoff
+            .map(|least| within(least, 0.0, 0.0, 2.0)),
     }
 }
 
@@ -148,6 +153,8 @@ mod tests {
                 transmit: x,
                 filter: x,
                 ior: x.into(),
+                alpha_cutoff: Some(x),
+                ..Material::default()
             });
             assert_eq!(usable(&material), material, "{x}");
             let through = material.transmission();

@@ -5,6 +5,7 @@
 
 use glam::Vec3;
 
+use super::look::tint;
 use super::surface::Surface;
 use super::traverse::{Key, Probe, Stack, trace};
 use crate::frame::wire::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow, MATERIAL_TRANSMITS};
@@ -26,7 +27,7 @@ pub fn local_light(
     counters: &mut Counters,
 ) -> Vec3 {
     let material = surface.material;
-    let color = Vec3::from(material.color);
+    let color = surface.color;
     let opaque = (1.0 - material.filtered - material.transmit).max(0.0);
     let mut sum = color * (material.emission * opaque);
     let lit = material.diffuse * opaque != 0.0
@@ -147,7 +148,7 @@ fn shadow(
         let (last, here) = (probe.after, found.key);
         let is_same_edge = here.id == last.id && here.t <= last.t * ONE_CROSSING;
         if !is_same_edge {
-            passed *= Vec3::from(material.color) * material.filtered + material.transmit;
+            passed *= tint(scene, &found, material) * material.filtered + material.transmit;
         }
         probe.after = found.key;
     }

@@ -7,10 +7,12 @@ mod cutoff;
 mod edges;
 mod enter;
 mod light;
+mod look;
 mod media;
 mod path;
 mod pixel;
 mod surface;
+mod texture;
 mod traverse;
 
 pub use self::enter::{enter_boxes, enter_spheres};

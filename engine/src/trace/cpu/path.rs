@@ -6,11 +6,13 @@ use glam::Vec3;
 
 use super::cutoff::{Purse, most_added};
 use super::light::local_light;
+use super::look::appear;
 use super::media::Media;
 use super::surface::{Surface, resolve};
 use super::traverse::{Key, Probe, Stack, Start, trace};
 use crate::frame::wire::{
-    MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, STRAIGHT_CAPACITY,
+    MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, PROJECTION_PERSPECTIVE,
+    STRAIGHT_CAPACITY, ViewRow,
 };
 use crate::trace::{Counters, PackedScene};
 
@@ -27,11 +29,14 @@ pub struct Travel {
     generation: u32,
     straight: u32,
     media: Media,
+    /// Of its cone where it starts: as wide as a pixel, and as wide again each time it has gone as far. Mirrors and
+    /// boundaries count as flat.
+    width: f32,
 }
 
 impl Travel {
-    /// A camera ray; `dir` is unit.
-    pub fn from_camera(origin: Vec3, dir: Vec3) -> Self {
+    /// A camera ray, `width` wide at its start; `dir` is unit.
+    pub fn from_camera(origin: Vec3, dir: Vec3, width: f32) -> Self {
         Self {
             origin,
             dir,
@@ -40,7 +45,29 @@ impl Travel {
             generation: 1,
             straight: 0,
             media: Media::default(),
+            width,
         }
+    }
+}
+
+/// Width of a pixel: at distance 1, or at any where rays are parallel.
+fn pixel_width(view: &ViewRow) -> f32 {
+    2.0 * Vec3::from(view.up_step).length()
+}
+
+/// Width of a camera ray's cone at the eye.
+pub fn first_width(view: &ViewRow) -> f32 {
+    match view.projection {
+        PROJECTION_PERSPECTIVE => 0.0,
+        _ => pixel_width(view),
+    }
+}
+
+/// What a cone widens by, a length.
+fn cone_spread(view: &ViewRow) -> f32 {
+    match view.projection {
+        PROJECTION_PERSPECTIVE => pixel_width(view),
+        _ => 0.0,
     }
 }
 
@@ -65,6 +92,7 @@ pub fn radiance(
     scratch.counters.primary_rays += 1;
     scratch.deferred.clear();
     scratch.purse = purse;
+    let spread = cone_spread(&scene.view);
     let mut next = Some(camera_ray);
     while let Some(ray) = next.take().or_else(|| scratch.deferred.pop()) {
         let probe = Probe {
@@ -78,7 +106,10 @@ pub fn radiance(
             sum += ray.weight * Vec3::from(scene.view.background);
             continue;
         };
-        let surface = resolve(scene, &found, ray.origin, ray.dir);
+        let mut surface = resolve(scene, &found, ray.origin, ray.dir);
+        surface.width = ray.width + spread * found.key.t;
+        let width = surface.width;
+        appear(scene, &found, &mut surface, ray.dir, width);
         let light = local_light(
             scene,
             &surface,
@@ -113,7 +144,7 @@ fn scatter(
     let mut reflected = Vec3::ZERO;
     let mut passed = Vec3::ZERO;
     if material.flags & MATERIAL_TRANSMITS != 0 {
-        passed = Vec3::from(material.color) * material.filtered + material.transmit;
+        passed = surface.color * material.filtered + material.transmit;
     }
     if material.flags & MATERIAL_FRESNEL != 0 {
         let share = fresnel(crossing.eta, cosine);
@@ -224,6 +255,7 @@ fn spawn(
         generation: ray.generation + 1,
         straight: 0,
         media: ray.media,
+        width: surface.width,
     })
 }
 
@@ -244,6 +276,7 @@ fn straight_on(
         weight: ray.weight * factor,
         start,
         straight: ray.straight + 1,
+        width: surface.width,
         ..*ray
     };
     if !onward.media.cross(surface.start.id, surface.material.ior) {

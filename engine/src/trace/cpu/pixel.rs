@@ -5,7 +5,7 @@
 use glam::Vec3;
 
 use super::cutoff::Purse;
-use super::path::{Scratch, Travel, radiance};
+use super::path::{Scratch, Travel, first_width, radiance};
 use crate::frame::sample_offset;
 use crate::frame::wire::{PROJECTION_PERSPECTIVE, ViewRow};
 use crate::trace::PackedScene;
@@ -34,9 +34,10 @@ fn camera_ray(view: &ViewRow, px: f32, py: f32) -> Travel {
     let upward = view.height as f32 - 2.0 * py;
     let forward = Vec3::from(view.forward);
     let aside = Vec3::from(view.right_step) * across + Vec3::from(view.up_step) * upward;
+    let width = first_width(view);
     if view.projection == PROJECTION_PERSPECTIVE {
-        Travel::from_camera(Vec3::ZERO, (forward + aside).normalize())
+        Travel::from_camera(Vec3::ZERO, (forward + aside).normalize(), width)
     } else {
-        Travel::from_camera(aside, forward)
+        Travel::from_camera(aside, forward, width)
     }
 }

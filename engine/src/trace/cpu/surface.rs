@@ -31,6 +31,10 @@ pub struct Surface<'a> {
     pub n_shade: Vec3,
     /// The material's row.
     pub material: &'a MaterialRow,
+    /// Linear RGB, in place of the material's.
+    pub color: Vec3,
+    /// Of the ray's cone here.
+    pub width: f32,
     /// What it is a point of.
     pub start: Start,
     /// How rays from here are kept off it.
@@ -89,12 +93,15 @@ pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec
     } else {
         shading
     };
+    let material = &scene.materials[row.material as usize];
     Surface {
         position,
         error: above.error,
         n_geom,
         n_shade,
-        material: &scene.materials[row.material as usize],
+        material,
+        color: material.color.into(),
+        width: 0.0,
         start: Start {
             id: found.key.id,
             prim: found.key.prim,

@@ -5,6 +5,7 @@
 use glam::{Vec3, Vec4};
 
 use super::enter::{enter_bare_boxes, enter_boxes, enter_spheres};
+use super::look::Cutout;
 use crate::bvh::{Child, Node4, TRAVERSAL_CAPACITY};
 use crate::frame::wire::{
     CONE_OPEN, InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH,
@@ -154,7 +155,7 @@ impl<const ANY: bool> Search<'_, ANY> {
         while next != NONE {
             let id = next;
             let row = &self.scene.instances()[id as usize];
-            next = row.next_plane;
+            next = row.link;
             if self.probe.start.id == id {
                 continue;
             }
@@ -277,6 +278,7 @@ impl<const ANY: bool> Search<'_, ANY> {
         let mesh = self.scene.mesh(row);
         let nodes = mesh.nodes();
         let start = self.probe.start;
+        let cutout = Cutout::of(self.scene, row);
         let leaf = |search: &mut Self, _: &mut Stack, first, count| {
             for slot in first..first + count {
                 let triangle = &mesh.triangles[slot as usize];
@@ -290,6 +292,12 @@ impl<const ANY: bool> Search<'_, ANY> {
                     prim: triangle.prim,
                 };
                 let starts_on = start.id == id && start.prim == triangle.prim;
+                if let Some(cutout) = cutout
+                    && hit.t <= search.best.key.t
+                    && cutout.is_hole(search.scene, mesh, triangle, [hit.u, hit.v])
+                {
+                    continue;
+                }
                 if !starts_on && search.offer(key, slot, [hit.u, hit.v]) {
                     return true;
                 }

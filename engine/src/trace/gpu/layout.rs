@@ -1,4 +1,5 @@
-//! What kernels bind: group 0 the frame, group 1 the scene, group 2 what the pass works on.
+//! What kernels bind: group 0 the frame, group 1 the scene, group 2 what the pass works on, group 3 texels, where there are
+//! textures.
 //!
 //! Kernels that work on trees have one group of their own. Twin of `shaders/shared/scene.wgsl` and the heads of the kernels; the table is in `shaders/README.md`.
 //! Two storage buffers of group 2 and the six of group 1 are the eight that every device has.
@@ -88,6 +89,8 @@ pub struct Layouts {
     pub picture: wgpu::BindGroupLayout,
     /// Group 2 of rays: rays (read only), hits.
     pub rays: wgpu::BindGroupLayout,
+    /// Group 3: the memory of texels.
+    pub texels: wgpu::BindGroupLayout,
     /// The only group of each kernel of [`tree_bindings`].
     trees: HashMap<Kernel, wgpu::BindGroupLayout>,
 }
@@ -145,6 +148,7 @@ impl Layouts {
             scene: group("scene", &SCENE_BINDINGS.map(|_| (readable, false, None))),
             picture: group("picture", &[(writable, false, None); 2]),
             rays: group("rays", &[(readable, false, None), (writable, false, None)]),
+            texels: texels_layout(gpu),
         }
     }
 
@@ -153,9 +157,9 @@ impl Layouts {
         &self.trees[&kernel]
     }
 
-    /// The layout of a kernel's pipeline.
-    pub fn pipeline(&self, gpu: &Gpu, kernel: Kernel) -> wgpu::PipelineLayout {
-        let groups = match kernel {
+    /// The layout of a kernel's pipeline; one that reads textures has a group more.
+    pub fn pipeline(&self, gpu: &Gpu, kernel: Kernel, textures: bool) -> wgpu::PipelineLayout {
+        let mut groups = match kernel {
             Kernel::Whitted | Kernel::Edges | Kernel::Antialias => {
                 vec![Some(&self.frame), Some(&self.scene), Some(&self.picture)]
             }
@@ -164,6 +168,9 @@ impl Layouts {
             }
             _ => vec![Some(self.tree(kernel))],
         };
+        if textures {
+            groups.push(Some(&self.texels));
+        }
         gpu.device
             .create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
                 label: Some(kernel.name()),
@@ -171,6 +178,23 @@ impl Layouts {
                 immediate_size: 0,
             })
     }
+}
+
+fn texels_layout(gpu: &Gpu) -> wgpu::BindGroupLayout {
+    gpu.device
+        .create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+            label: Some("texels"),
+            entries: &[wgpu::BindGroupLayoutEntry {
+                binding: 0,
+                visibility: wgpu::ShaderStages::COMPUTE,
+                ty: wgpu::BindingType::Texture {
+                    sample_type: wgpu::TextureSampleType::Uint,
+                    view_dimension: wgpu::TextureViewDimension::D2Array,
+                    multisampled: false,
+                },
+                count: None,
+            }],
+        })
 }
 
 /// A bind group of whole buffers, bindings counted from 0.

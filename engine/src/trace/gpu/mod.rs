@@ -13,6 +13,7 @@ mod rays;
 mod readback;
 mod report;
 mod shader;
+mod texels;
 mod tracer;
 pub mod trees;
 mod upload;

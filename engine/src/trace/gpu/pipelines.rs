@@ -51,7 +51,7 @@ impl Pipelines {
                 label: Some(kernel.name()),
                 source: wgpu::ShaderSource::Wgsl(shader.source.into()),
             });
-        let layout = layouts.pipeline(gpu, kernel);
+        let layout = layouts.pipeline(gpu, kernel, special.features.textures);
         let compute = gpu
             .device
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -81,6 +81,9 @@ fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
         spot_lights: false,
         directional_lights: false,
         fade: false,
+        textures: special.features.textures && special.features.cutouts,
+        normal_maps: false,
+        vertex_colors: special.features.vertex_colors && special.features.cutouts,
         ..special.features
     };
     let rays = Specialisation::new(shapes, 1).with(special.kernels);

@@ -121,10 +121,10 @@ macro_rules! shared {
 }
 
 /// `shaders/shared`, each after what it imports.
-const SHARED: [(&str, &str); 26] = shared![
+const SHARED: [(&str, &str); 29] = shared![
     "types", "scene", "affine", "slab", "triangle", "sphere", "cuboid", "disc", "cone", "torus",
-    "traverse", "surface", "counters", "light", "media", "cutoff", "path", "pixel", "picture",
-    "boxes", "trig", "stage", "jobs", "fit", "build", "digits",
+    "texture", "look", "traverse", "surface", "appear", "counters", "light", "media", "cutoff",
+    "path", "pixel", "picture", "boxes", "trig", "stage", "jobs", "fit", "build", "digits",
 ];
 
 /// What a kernel is specialised by.
@@ -177,6 +177,12 @@ impl Specialisation {
             ("DISCS", f.discs),
             ("CONES", f.cones),
             ("OPEN_CONES", f.open_cones),
+            ("TEXTURES", f.textures),
+            ("NORMAL_MAPS", f.textures && f.normal_maps),
+            ("VERTEX_COLORS", f.vertex_colors),
+            ("CUTOUTS", f.cutouts && (f.textures || f.vertex_colors)),
+            ("TINTED", f.textures || f.vertex_colors),
+            ("FOOTPRINTS", f.textures),
             ("TORI", f.tori),
             ("SPOT_LIGHTS", f.spot_lights),
             ("DIRECTIONAL_LIGHTS", f.directional_lights),

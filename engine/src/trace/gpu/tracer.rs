@@ -210,6 +210,9 @@ impl GpuTracer {
                 pass.set_bind_group(0, &self.on_device.frame, &[offset]);
                 pass.set_bind_group(1, &self.on_device.scene, &[]);
                 pass.set_bind_group(2, &canvas.group, &[]);
+                if let Some(texels) = &self.on_device.texels.group {
+                    pass.set_bind_group(3, texels, &[]);
+                }
                 pass.dispatch_workgroups(work.groups[0], work.groups[1], 1);
             }
             let last = ends.filter(|_| next.is_none());
@@ -259,7 +262,9 @@ impl Tracer for GpuTracer {
         self.counters.trees_updated = self.packed.trees_updated;
         self.counters.tree_nodes = self.packed.tree_nodes_written();
         let generations = self.packed.view.max_generations;
-        let special = Specialisation::new(scene.features, generations);
+        let mut features = scene.features;
+        features.textures &= self.on_device.texels.group.is_some();
+        let special = Specialisation::new(features, generations);
         self.special = Some(Specialisation {
             cutoff: self.packed.view.cutoff > 0.0,
             ..special.with(settings.kernels)

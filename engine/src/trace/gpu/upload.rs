@@ -5,6 +5,7 @@ use bytemuck::{Pod, bytes_of, cast_slice};
 use super::buffers::RowBuffer;
 use super::context::Gpu;
 use super::layout::{Layouts, SCENE_BINDINGS, bind};
+use super::texels::TexelMemory;
 use super::trees::SceneBuffers;
 use crate::frame::wire::{
     InstanceRow, LightRow, MaterialRow, Node4, PassRow, PlacedTriangleRow, VertexRow, ViewRow,
@@ -33,6 +34,8 @@ pub struct SceneOnDevice {
     undeformed: Vec<u32>,
     /// Triangles on their way; kept for its room.
     placed: Vec<PlacedTriangleRow>,
+    /// Group 3.
+    pub texels: TexelMemory,
     /// Group 0.
     pub frame: wgpu::BindGroup,
     /// Group 1.
@@ -78,6 +81,7 @@ impl SceneOnDevice {
             moved: false,
             undeformed: Vec::new(),
             placed: Vec::new(),
+            texels: TexelMemory::default(),
         }
     }
 
@@ -117,6 +121,7 @@ impl SceneOnDevice {
             let offset = bytes_of_rows::<Node4>(first);
             written += self.nodes.write(gpu, offset, cast_slice(nodes));
         }
+        written += self.texels.upload(gpu, layouts, &mut packed.texels)?;
         let moved = &mut self.moved;
         written += put(gpu, &mut self.instances, &mut packed.instances.rows, moved)?;
         written += put(gpu, &mut self.materials, &mut packed.materials, moved)?;

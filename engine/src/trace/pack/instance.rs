@@ -30,7 +30,7 @@ pub const VACANT: InstanceRow = InstanceRow {
     first_triangle: 0,
     parameter: 0.0,
     mesh: NONE,
-    next_plane: NONE,
+    link: NONE,
     first_normal: NONE,
 };
 
@@ -226,6 +226,7 @@ fn mesh_row(world: &DAffine3, id: u32, mesh: &PackedMesh) -> Packed {
     row.root = mesh.place.nodes.start | mesh.root_flag();
     row.first_triangle = mesh.place.triangles.start;
     row.first_normal = mesh.first_normal();
+    row.link = mesh.first_look();
     row.mesh = id;
     (row, placed, padded)
 }

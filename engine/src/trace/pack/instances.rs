@@ -243,7 +243,7 @@ impl PackedInstances {
         )| {
             let old = *row;
             (*row, *placed, *padded) = pack(instance, meshes, eye);
-            row.next_plane = old.next_plane;
+            keep_link(row, &old);
             (old.kind, old.mesh, old.material) != (row.kind, row.mesh, row.material)
         };
         let is_restructured = self
@@ -284,7 +284,7 @@ impl PackedInstances {
         for (&index, (mut row, placed, padded)) in touched.iter().zip(packed) {
             let i = index as usize;
             let old = self.rows[i];
-            row.next_plane = old.next_plane;
+            keep_link(&mut row, &old);
             planes_changed |= (old.kind == KIND_PLANE) != (row.kind == KIND_PLANE);
             if old.kind != NONE {
                 self.material_uses[old.material as usize] -= 1;
@@ -310,10 +310,9 @@ impl PackedInstances {
         };
         self.planes = self.rows.iter().enumerate().filter_map(is_plane).collect();
         for (i, &plane) in self.planes.iter().enumerate() {
-            let next_plane = self.planes.get(i + 1).copied().unwrap_or(NONE);
+            let link = self.planes.get(i + 1).copied().unwrap_or(NONE);
             let row = self.rows[plane as usize];
-            self.rows
-                .set(plane as usize, InstanceRow { next_plane, ..row });
+            self.rows.set(plane as usize, InstanceRow { link, ..row });
         }
     }
 
@@ -374,4 +373,11 @@ fn pack(instance: &Instance, meshes: &[PackedMesh], eye: DVec3) -> Packed {
     let (mut row, placed, padded) = instance_row(instance, |mesh| &meshes[mesh as usize]);
     placed.place(&mut row, eye);
     (row, placed, padded)
+}
+
+/// Planes keep their place in the list; whoever comes or goes has it made anew.
+fn keep_link(row: &mut InstanceRow, old: &InstanceRow) {
+    if row.kind == KIND_PLANE {
+        row.link = old.link;
+    }
 }

@@ -39,7 +39,7 @@ pub struct Place {
     pub nodes: Range<u32>,
     /// Triangles.
     pub triangles: Range<u32>,
-    /// Positions, then normals of smooth meshes.
+    /// Positions, then normals of smooth meshes, then looks.
     pub vertices: Range<u32>,
 }
 
@@ -79,7 +79,7 @@ pub struct PackedMesh {
     tree: Tree,
     /// In the order of the tree's leaves.
     pub triangles: Vec<TriangleRow>,
-    /// Positions, then normals of smooth meshes.
+    /// Positions, then normals of smooth meshes, then texture coordinates with alpha, then colours.
     pub vertices: Vec<VertexRow>,
     /// Around all vertices that a triangle uses.
     pub bounds: Aabb,
@@ -251,12 +251,13 @@ impl PackedMesh {
         let data = &self.source.data;
         let row = |v: &Vec3| VertexRow {
             vector: v.to_array(),
-            spare: 0,
+            further: 0,
         };
         let Some(deformation) = &self.source.deformation else {
             let vectors = data.positions.iter().chain(&data.normals);
             self.vertices.clear();
             self.vertices.extend(vectors.map(row));
+            add_looks(data, &mut self.vertices);
             return;
         };
         deform_positions(data, deformation, &mut self.scratch);
@@ -268,6 +269,7 @@ impl PackedMesh {
             vertex_normals(data, adjacency, &self.scratch, &mut normals);
             self.vertices.extend(normals.iter().map(row));
         }
+        add_looks(data, &mut self.vertices);
     }
 
     /// Takes the place of `old` in the arenas.
@@ -322,6 +324,20 @@ impl PackedMesh {
         }
     }
 
+    /// First of the rows of looks, behind positions and normals.
+    pub fn looks_start(&self) -> usize {
+        self.source.data.positions.len() + self.source.data.normals.len()
+    }
+
+    /// First row of its looks; [`NONE`]: it has none.
+    pub fn first_look(&self) -> u32 {
+        if has_looks(&self.source.data) {
+            self.place.vertices.start + self.looks_start() as u32
+        } else {
+            NONE
+        }
+    }
+
     /// Positions of a triangle's corners.
     #[inline]
     pub fn corners(&self, triangle: &TriangleRow) -> [Vec3; 3] {
@@ -333,9 +349,40 @@ impl PackedMesh {
     /// Normals at a triangle's corners; none: it is flat.
     #[inline]
     pub fn corner_normals(&self, triangle: &TriangleRow) -> Option<[Vec3; 3]> {
-        let normals = self.vertices.get(self.source.data.positions.len()..)?;
+        let data = &self.source.data;
+        let end = data.positions.len() + data.normals.len();
+        let normals = self.vertices.get(data.positions.len()..end)?;
         let at = |i: u32| normals.get(i as usize).map(|row| Vec3::from(row.vector));
         let [a, b, c] = triangle.corners;
         Some([at(a)?, at(b)?, at(c)?])
     }
+}
+
+fn has_looks(data: &MeshData) -> bool {
+    !data.uvs.is_empty() || !data.colors.is_empty()
+}
+
+/// Texture coordinates with alpha, and behind them the colours if there are any.
+fn add_looks(data: &MeshData, rows: &mut Vec<VertexRow>) {
+    if !has_looks(data) {
+        return;
+    }
+    let count = data.positions.len();
+    let further = if data.colors.is_empty() {
+        0
+    } else {
+        count as u32
+    };
+    rows.extend((0..count).map(|i| {
+        let uv = data.uvs.get(i).copied().unwrap_or_default();
+        let alpha = data.colors.get(i).map_or(1.0, |color| color.w);
+        VertexRow {
+            vector: [uv.x, uv.y, alpha],
+            further,
+        }
+    }));
+    rows.extend(data.colors.iter().map(|color| VertexRow {
+        vector: color.truncate().to_array(),
+        further: 0,
+    }));
 }

@@ -2,6 +2,7 @@
 
 use glam::{DVec3, Vec3};
 
+use super::Texels;
 use crate::frame::wire::{
     LIGHT_DIRECTIONAL, LIGHT_POINT, LIGHT_SPOT, LightRow, MATERIAL_FRESNEL, MATERIAL_MIRROR,
     MATERIAL_TRANSMITS, MaterialRow, PROJECTION_ORTHOGRAPHIC, PROJECTION_PERSPECTIVE,
@@ -33,8 +34,8 @@ pub(super) fn view_row(view: &View, settings: &TraceSettings) -> ViewRow {
     }
 }
 
-/// A material's row.
-pub(super) fn material_row(material: &Material) -> MaterialRow {
+/// A material's row; its textures are among these.
+pub(super) fn material_row(material: &Material, texels: &Texels) -> MaterialRow {
     let mut flags = 0;
     let mut reflection = Vec3::ZERO;
     match material.reflection {
@@ -63,6 +64,10 @@ pub(super) fn material_row(material: &Material) -> MaterialRow {
         filtered: material.filter,
         ior: material.ior as f32,
         flags,
+        color_map: texels.first(material.color_map),
+        normal_map: texels.first(material.normal_map),
+        alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
+        spare: 0,
     }
 }
 

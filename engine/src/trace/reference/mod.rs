@@ -4,6 +4,7 @@
 //! a*b+c, so every operation is IEEE double.
 
 pub(super) mod deform;
+mod look;
 mod shape;
 #[cfg(test)]
 mod tests;
@@ -65,6 +66,7 @@ impl ReferenceTracer {
         let ray = WorldRay {
             origin,
             dir,
+            width: 0.0,
             start: None,
         };
         let (after, before) = ((0.0, u32::MAX, u32::MAX), (f64::INFINITY, 0, 0));
@@ -87,15 +89,20 @@ impl ReferenceTracer {
         let view = &self.scene.view;
         let size = self.settings.size.as_dvec2();
         let aside = view.right * (px / size.x - 0.5) + view.up * (0.5 - py / size.y);
-        let (origin, dir) = match view.projection {
-            ViewProjection::Perspective => (DVec3::ZERO, (view.forward + aside).normalize()),
-            ViewProjection::Orthographic => (aside, view.forward),
+        let (origin, dir, width) = match view.projection {
+            ViewProjection::Perspective => (DVec3::ZERO, (view.forward + aside).normalize(), 0.0),
+            ViewProjection::Orthographic => (aside, view.forward, self.pixel_width()),
         };
         WorldRay {
             origin,
             dir,
+            width,
             start: None,
         }
+    }
+
+    fn pixel_width(&self) -> f64 {
+        self.scene.view.up.length() / f64::from(self.settings.size.y)
     }
 
     /// [`Query::Leave`] of a pair.
@@ -121,6 +128,7 @@ impl ReferenceTracer {
         let onward = WorldRay {
             origin,
             dir: frame * leaving.dir.as_dvec3(),
+            width: 0.0,
             start: Some((hit.key.1, hit.key.2)),
         };
         let next = nearest(&onward, leaving);
@@ -187,6 +195,7 @@ impl Tracer for ReferenceTracer {
                 let mut whitted = Whitted {
                     scene: &self.scene,
                     world: &self.world,
+                    pixel_width: self.pixel_width(),
                     counters: Counters::default(),
                 };
                 let row = (0..width).map(|x| self.pixel(x, y, &mut whitted).as_vec3());

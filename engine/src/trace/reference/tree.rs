@@ -67,8 +67,14 @@ impl MeshTree {
         index
     }
 
-    /// Calls `found` for every triangle hit whose box begins no farther than `found` last returned.
-    pub fn hits(&self, mesh: &MeshData, ray: &LocalRay, mut found: impl FnMut(LocalHit) -> f64) {
+    /// Calls `found` for every triangle hit whose box begins no farther than `found` last returned, and that is no hole.
+    pub fn hits(
+        &self,
+        mesh: &MeshData,
+        ray: &LocalRay,
+        is_hole: impl Fn(&LocalHit) -> bool,
+        mut found: impl FnMut(LocalHit) -> f64,
+    ) {
         let mut limit = f64::INFINITY;
         let mut pending = if self.nodes.is_empty() {
             vec![]
@@ -86,7 +92,7 @@ impl MeshTree {
             }
             for &prim in &self.order[node.range.clone()] {
                 let corners = mesh.triangles[prim as usize].map(|c| mesh.vertices[c as usize]);
-                if let Some(hit) = triangle(ray, corners, prim) {
+                if let Some(hit) = triangle(ray, corners, prim).filter(|hit| !is_hole(hit)) {
                     limit = found(hit);
                 }
             }

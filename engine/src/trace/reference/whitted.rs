@@ -2,9 +2,10 @@
 
 use glam::DVec3;
 
-use super::world::{Key, World, WorldRay};
+use super::look;
+use super::world::{Key, World, WorldHit, WorldRay};
 use crate::frame::wire::{GENERATIONS_CAPACITY, STRAIGHT_CAPACITY};
-use crate::frame::{FrameScene, Light, LightKind};
+use crate::frame::{FrameScene, Light, LightKind, ViewProjection};
 use crate::trace::Counters;
 use crate::world::{Material, Reflection};
 
@@ -14,6 +15,8 @@ pub struct Whitted<'a> {
     pub scene: &'a FrameScene,
     /// Shapes relative to the eye.
     pub world: &'a World,
+    /// Of a pixel: at distance 1, or at any where rays are parallel.
+    pub pixel_width: f64,
     /// Rays so far.
     pub counters: Counters,
 }
@@ -24,6 +27,10 @@ struct Surface {
     n_geom: DVec3,
     n_shade: DVec3,
     material: Material,
+    /// In place of the material's.
+    color: DVec3,
+    /// Of the ray's cone here.
+    width: f64,
     start: (u32, u32),
 }
 
@@ -49,6 +56,7 @@ impl Whitted<'_> {
             let from_here = |dir| WorldRay {
                 origin: surface.point,
                 dir,
+                width: surface.width,
                 start: Some(surface.start),
             };
             if shares.reflected.max_element() > 0.0 {
@@ -84,19 +92,67 @@ impl Whitted<'_> {
         } else {
             shading
         };
-        Some(Surface {
+        let material = self.scene.materials[material as usize];
+        let mut surface = Surface {
             point,
             n_geom,
             n_shade,
-            material: self.scene.materials[material as usize],
+            material,
+            color: material.color.as_dvec3(),
+            width: ray.width + self.spread() * hit.key.0,
             start: (hit.key.1, hit.key.2),
-        })
+        };
+        let is_outward = face.dot(n_geom) > 0.0;
+        self.appear(&mut surface, &hit, ray.dir, is_outward);
+        Some(surface)
+    }
+
+    /// What a cone widens by, a length: rays of a pinhole's pixels part.
+    fn spread(&self) -> f64 {
+        match self.scene.view.projection {
+            ViewProjection::Perspective => self.pixel_width,
+            ViewProjection::Orthographic => 0.0,
+        }
+    }
+
+    /// Colour and normal of a mesh with looks.
+    fn appear(&self, surface: &mut Surface, hit: &WorldHit, dir: DVec3, is_outward: bool) {
+        let Some((look, chart)) = self.world.look(hit) else {
+            return;
+        };
+        let footprint = chart.footprint(surface.width, dir.dot(surface.n_geom));
+        let material = &surface.material;
+        surface.color *= look.color.truncate();
+        if let Some(map) = look::texture(self.scene, material.color_map) {
+            surface.color *= look::sample(map, look.uv, footprint).truncate();
+        }
+        let Some(map) = look::texture(self.scene, material.normal_map) else {
+            return;
+        };
+        let side = if is_outward { 1.0 } else { -1.0 };
+        let map = look::sample(map, look.uv, footprint).truncate();
+        let tilted = chart.tilted(surface.n_shade * side, map);
+        if let Some(tilted) = tilted.filter(|n| n.dot(surface.n_geom) * side > 0.0) {
+            surface.n_shade = tilted * side;
+        }
+    }
+
+    /// The colour of a hit at the finest level: what tints a shadow.
+    fn tint(&self, hit: &WorldHit, material: &Material) -> DVec3 {
+        let mut color = material.color.as_dvec3();
+        if let Some((look, _)) = self.world.look(hit) {
+            color *= look.color.truncate();
+            if let Some(map) = look::texture(self.scene, material.color_map) {
+                color *= look::sample(map, look.uv, 0.0).truncate();
+            }
+        }
+        color
     }
 
     /// Emission and every light's diffuse, Phong and Blinn-Phong share.
     fn local_light(&mut self, surface: &Surface, dir: DVec3) -> DVec3 {
         let m = &surface.material;
-        let color = m.color.as_dvec3();
+        let color = surface.color;
         let opaque = (1.0 - f64::from(m.filter) - f64::from(m.transmit)).max(0.0);
         let mut sum = color * (f64::from(m.emission) * opaque);
         for light in self.scene.lights.iter() {
@@ -141,21 +197,28 @@ impl Whitted<'_> {
         let ray = WorldRay {
             origin: surface.point,
             dir: to_light,
+            width: 0.0,
             start: Some(surface.start),
         };
         let before = (distance, 0, 0);
         let (mut passed, mut after) = (DVec3::ONE, just_after(0.0));
         while let Some(hit) = self.world.nearest(&ray, after, before) {
             let (.., material) = self.world.normals(&hit, DVec3::Y);
-            let through = self.scene.materials[material as usize].transmission();
-            if through.max_element() <= 0.0 {
+            let material = &self.scene.materials[material as usize];
+            if material.transmission().max_element() <= 0.0 {
                 return DVec3::ZERO;
             }
-            passed *= through.as_dvec3();
+            passed *= passes(material, self.tint(&hit, material));
             after = hit.key;
         }
         passed
     }
+}
+
+/// [`Material::transmission`] of a surface of this colour.
+fn passes(material: &Material, color: DVec3) -> DVec3 {
+    let color = color.as_vec3();
+    Material { color, ..*material }.transmission().as_dvec3()
 }
 
 fn just_after(t: f64) -> Key {
@@ -192,7 +255,7 @@ impl Shares {
     fn of(surface: &Surface, dir: DVec3, eta: f64) -> Self {
         let material = &surface.material;
         let cosine = (-dir.dot(surface.n_shade)).clamp(0.0, 1.0);
-        let mut passed = material.transmission().as_dvec3();
+        let mut passed = passes(material, surface.color);
         let mut reflected = match material.reflection {
             Reflection::None => DVec3::ZERO,
             Reflection::Constant(weight) => weight.as_dvec3(),

@@ -2,9 +2,10 @@
 
 use std::sync::Arc;
 
-use glam::{DAffine3, DMat3, DVec3};
+use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::deform;
+use super::look::{Chart, Cutout, Look, look_at};
 use super::shape::{self, LocalHit, LocalRay};
 use super::torus::{self, on_torus, torus_normal};
 use super::tree::{MeshTree, enters};
@@ -21,7 +22,7 @@ pub struct WorldHit {
     /// Its place in the order of hits.
     pub key: Key,
     /// Weights of a triangle's second and third corner.
-    pub uv: glam::DVec2,
+    pub uv: DVec2,
 }
 
 /// A ray relative to the eye.
@@ -31,6 +32,8 @@ pub struct WorldRay {
     pub origin: DVec3,
     /// Direction of any length.
     pub dir: DVec3,
+    /// Of its cone where it starts.
+    pub width: f64,
     /// Instance and primitive it starts on.
     pub start: Option<(u32, u32)>,
 }
@@ -40,6 +43,7 @@ impl From<&Ray> for WorldRay {
         Self {
             origin: ray.origin.as_dvec3(),
             dir: ray.dir.as_dvec3(),
+            width: 0.0,
             start: None,
         }
     }
@@ -54,6 +58,7 @@ struct Placed {
     local_from_render: DAffine3,
     /// Inverse transpose: carries normals.
     normal_map: DMat3,
+    cutout: Option<Cutout>,
 }
 
 /// A mesh as it is deformed.
@@ -141,6 +146,7 @@ impl World {
                 render_from_local,
                 local_from_render,
                 normal_map: local_from_render.matrix3.transpose(),
+                cutout: Cutout::of(scene, &scene.materials[instance.material as usize]),
             });
         }
     }
@@ -220,7 +226,10 @@ impl World {
                 Shape::Vacant => {}
                 Shape::Mesh(mesh) => {
                     let shown = &self.meshes[mesh as usize];
-                    shown.tree.hits(&shown.mesh, &local, offer);
+                    let cutout = placed.cutout.as_ref();
+                    let is_hole =
+                        |hit: &LocalHit| cutout.is_some_and(|c| c.is_hole(&shown.source, hit));
+                    shown.tree.hits(&shown.mesh, &local, is_hole, offer);
                 }
                 Shape::Sphere { radius } => {
                     let bounds = DVec3::splat(radius);
@@ -305,6 +314,28 @@ impl World {
         };
         let world = |n: DVec3| (placed.normal_map * n).normalize_or(DVec3::Y);
         (world(local.0), world(local.1), placed.material)
+    }
+
+    /// The looks of a hit on a mesh that has some, and how its triangle lies on a texture.
+    pub fn look(&self, hit: &WorldHit) -> Option<(Look, Chart)> {
+        let (_, id, prim) = hit.key;
+        let index = self.placed.binary_search_by_key(&id, |p| p.id).ok()?;
+        let placed = &self.placed[index];
+        let Shape::Mesh(mesh) = placed.shape else {
+            return None;
+        };
+        let Shown { mesh, source, .. } = &self.meshes[mesh as usize];
+        let look = look_at(source, prim, hit.uv)?;
+        let corners = mesh.triangles[prim as usize].map(|i| i as usize);
+        let [a, b, c] = corners.map(|i| mesh.vertices[i]);
+        let uv = |i: usize| source.uvs.get(i).map_or(DVec2::ZERO, |uv| uv.as_dvec2());
+        let [ua, ub, uc] = corners.map(uv);
+        let edge = |edge| placed.render_from_local.transform_vector3(edge);
+        let chart = Chart {
+            edges: [edge(b - a), edge(c - a)],
+            spans: [ub - ua, uc - ua],
+        };
+        Some((look, chart))
     }
 
     /// The hit's point moved onto its primitive, relative to the eye: spheres drift most without this.

@@ -65,7 +65,7 @@ impl BareMesh {
         let pose = |share: f64| {
             let moved = mesh.vertices.iter().map(|&p| VertexRow {
                 vector: (p + lift(p, share) - mesh.origin).as_vec3().to_array(),
-                spare: 0,
+                further: 0,
             });
             moved.collect()
         };
