@@ -1,5 +1,6 @@
 //! Every test that needs more than one module, in one binary.
 
+mod animated;
 mod bench;
 mod cli;
 mod coincident;

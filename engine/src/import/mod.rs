@@ -3,12 +3,14 @@
 //! An importer returns meshes and materials, or a sentence that says what is wrong with the file; it never
 //! panics and never touches the world.
 
+mod gltf;
 mod model;
 mod mtl;
 mod obj;
 mod poses;
 mod smooth;
 
+pub use gltf::{import_gltf, read_gltf};
 pub use model::{Content, Joints, Model, Node, Part, Solid, Warnings};
 pub use mtl::material_of;
 pub use obj::import_obj;
@@ -26,11 +28,18 @@ struct Format {
 }
 
 /// All that can be read.
-const FORMATS: [Format; 1] = [Format {
-    endings: &["obj"],
-    name: "Wavefront OBJ",
-    import: import_obj,
-}];
+const FORMATS: &[Format] = &[
+    Format {
+        endings: &["obj"],
+        name: "Wavefront OBJ",
+        import: import_obj,
+    },
+    Format {
+        endings: &["gltf", "glb"],
+        name: "glTF",
+        import: import_gltf,
+    },
+];
 
 fn format_of(path: &Path) -> Option<&'static Format> {
     let ending = path.extension()?.to_str()?.to_ascii_lowercase();

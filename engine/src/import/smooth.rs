@@ -5,11 +5,12 @@
 //! meet so gently is split, and so is one that looks different in two of them.
 
 use std::collections::HashMap;
+use std::sync::Arc;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 
 use super::Part;
-use crate::world::MeshData;
+use crate::world::{MeshData, VertexSets};
 
 /// The mesh with normals smooth across edges whose faces differ by at most `crease_degrees`.
 ///
@@ -18,9 +19,19 @@ pub fn smooth(mesh: &MeshData, crease_degrees: f64) -> MeshData {
     smoothed(mesh, crease_degrees).0
 }
 
-/// [`smooth`] for a part of a model, which goes on knowing where its vertices come from.
+/// [`smooth`] for a part of a model, which goes on knowing where its vertices come from and what moves them.
 pub fn smooth_part(part: &mut Part, crease_degrees: f64) {
     let (mesh, sources) = smoothed(&part.mesh, crease_degrees);
+    let gathered = |sets: &VertexSets| Arc::new(sets.gathered(&sources));
+    if let Some(keys) = &mut part.keys {
+        keys.keys = gathered(&keys.keys);
+    }
+    if let Some(morph) = &mut part.morph {
+        morph.targets = gathered(&morph.targets);
+    }
+    if let Some(binding) = &mut part.binding {
+        *binding = Arc::new(binding.gathered(&sources));
+    }
     part.mesh = mesh;
     part.sources = sources
         .iter()
@@ -140,6 +151,7 @@ fn places(vertices: &[DVec3]) -> Vec<u32> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::world::{Morph, SkinBinding};
 
     /// A unit cube of 12 triangles on 8 vertices.
     fn cube() -> MeshData {
@@ -182,6 +194,35 @@ mod tests {
             // Weighted by angle, the diagonals of the quads do not pull the normal aside.
             assert!(n.distance(outward) < 1e-6, "{n} != {outward}");
         }
+    }
+
+    #[test]
+    fn what_moves_vertices_goes_along_when_they_are_split() {
+        let mesh = cube();
+        let offsets = mesh.positions.clone();
+        let binding = SkinBinding::new(
+            (0..8).map(|vertex| [vertex, 0, 0, 0]).collect(),
+            vec![[1.0, 0.0, 0.0, 0.0]; 8],
+        );
+        let mut part = Part {
+            sources: (0..8).collect(),
+            morph: Some(Morph {
+                targets: Arc::new(VertexSets {
+                    vertices: 8,
+                    values: offsets.iter().copied().chain(vec![Vec3::X; 8]).collect(),
+                }),
+                weights: vec![0.0; 2],
+            }),
+            binding: binding.ok().map(Arc::new),
+            mesh,
+            ..Part::default()
+        };
+        smooth_part(&mut part, 60.0);
+        let (morph, binding) = (part.morph.unwrap(), part.binding.unwrap());
+        assert_eq!(morph.targets.set(0), part.mesh.positions);
+        assert_eq!(morph.targets.set(1), [Vec3::X; 24]);
+        let joints = binding.joints.iter().map(|joints| joints[0]);
+        assert_eq!(joints.collect::<Vec<_>>(), part.sources);
     }
 
     #[test]

@@ -89,6 +89,17 @@ impl VertexSets {
         &self.values[start..start + self.vertices]
     }
 
+    /// The vectors of these vertices, in each set.
+    pub fn gathered(&self, vertices: &[u32]) -> Self {
+        let sets = (0..self.count()).map(|set| self.set(set));
+        Self {
+            vertices: vertices.len(),
+            values: sets
+                .flat_map(|set| vertices.iter().map(|&vertex| set[vertex as usize]))
+                .collect(),
+        }
+    }
+
     /// How many sets there are.
     pub fn count(&self) -> u32 {
         (self.values.len() / self.vertices.max(1)) as u32
@@ -139,6 +150,17 @@ impl SkinBinding {
             weights,
             highest_joint,
         })
+    }
+
+    /// The binding of these vertices.
+    pub fn gathered(&self, vertices: &[u32]) -> Self {
+        let vertex = |&vertex: &u32| vertex as usize;
+        let rows = || vertices.iter().map(vertex);
+        Self {
+            joints: rows().map(|vertex| self.joints[vertex]).collect(),
+            weights: rows().map(|vertex| self.weights[vertex]).collect(),
+            highest_joint: self.highest_joint,
+        }
     }
 
     /// The highest number of a joint that a vertex names.

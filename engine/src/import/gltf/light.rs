@@ -1,0 +1,73 @@
+//! KHR_lights_punctual and cameras.
+//!
+//! glTF's surfaces scatter 1/pi of what comes in, ours all of it; so a light's lux or candela are divided by pi.
+//! What falls off does so with the square of the distance: our falloff 2/(1 + (d/D)^2) with D = 1 cm is that to
+//! 1e-4 from a metre on, and stays finite at the light itself. A spot's edge is smooth in the cosine here, and
+//! the square of a line in the cosine there. `range`, a hint where light may be cut off, is left out.
+
+use std::f32::consts::PI;
+
+use glam::Vec3;
+use gltf::camera::Projection as Projected;
+use gltf::khr_lights_punctual::{Kind, Light};
+
+use crate::import::Content;
+use crate::world::{Camera, DirectionalLight, Fade, PointLight, Projection, SpotLight};
+
+/// World units (metres) below which light does not become brighter.
+const NEAR: f64 = 0.01;
+
+/// A light; none where its numbers make none.
+pub fn light_of(light: &Light) -> Option<Content> {
+    let color = Vec3::from(light.color());
+    let intensity = light.intensity() / PI;
+    let makes_light = color.is_finite() && color.min_element() >= 0.0 && intensity >= 0.0;
+    if !makes_light || !intensity.is_finite() {
+        return None;
+    }
+    let near = NEAR as f32;
+    let at_fade = intensity / (2.0 * near * near);
+    let fade = Some(Fade {
+        distance: NEAR,
+        power: 2.0,
+    });
+    Some(match light.kind() {
+        Kind::Directional => Content::Directional(DirectionalLight { color, intensity }),
+        Kind::Point => Content::Point(PointLight {
+            color,
+            intensity: at_fade,
+            fade,
+        }),
+        Kind::Spot {
+            inner_cone_angle,
+            outer_cone_angle,
+        } => {
+            let angle = |angle: f32| f64::from(angle).clamp(0.0, std::f64::consts::FRAC_PI_2);
+            Content::Spot(SpotLight {
+                color,
+                intensity: at_fade,
+                fade,
+                inner_angle: angle(inner_cone_angle.min(outer_cone_angle)),
+                outer_angle: angle(outer_cone_angle),
+            })
+        }
+    })
+}
+
+/// A camera; none where its numbers make none.
+pub fn camera_of(camera: &gltf::Camera) -> Option<Content> {
+    let projection = match camera.projection() {
+        Projected::Perspective(perspective) => Projection::Perspective {
+            vertical_fov: Some(f64::from(perspective.yfov()))
+                .filter(|angle| *angle > 0.0 && *angle < std::f64::consts::PI)?,
+        },
+        Projected::Orthographic(orthographic) => Projection::Orthographic {
+            height: Some(2.0 * f64::from(orthographic.ymag()).abs())
+                .filter(|height| *height > 0.0 && height.is_finite())?,
+        },
+    };
+    Some(Content::Camera(Camera {
+        projection,
+        ..Camera::default()
+    }))
+}

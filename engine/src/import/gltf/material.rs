@@ -1,0 +1,172 @@
+//! The metal-rough model of glTF to the Whitted model of [`Material`].
+//!
+//! With `m` metallic, `r` roughness, `g` = 1 - r, `t` transmission, `b` the base colour:
+//!
+//! | glTF | becomes |
+//! |---|---|
+//! | `b` | `color` |
+//! | metal | a mirror tinted by the base colour, the fainter the rougher: `reflection` Constant(b m g) |
+//! | what is neither mirrored nor passed on | scattered: `diffuse` (1 - m g)(1 - t) |
+//! | `r` of what is no metal | a highlight after Blinn: the exponent 2/r^4 - 2 (Walter et al. 2007, with alpha = r^2), the strength F0 (n + 8)/8, at most 1, with F0 of `ior` |
+//! | KHR_materials_transmission, KHR_materials_ior | glass: `filter` t, tinted by the base colour (`transmit` where that is white), refracted by `ior` (1.5 where the file says nothing), `reflection` Fresnel |
+//! | `alphaMode` BLEND | what is not there passes unbent: `transmit` 1 - alpha |
+//! | `emissiveFactor`, KHR_materials_emissive_strength | `emission`: its brightest channel over that of the colour; where it outshines the base colour, the colour becomes that of what is given off |
+//! | KHR_materials_unlit | nothing but `emission` 1 |
+//!
+//! Glass refracts whether or not KHR_materials_volume gives it a thickness: rays find the far side themselves.
+//! Textures are not read yet; the factors alone count.
+
+use glam::{Vec3, Vec4};
+use gltf::material::AlphaMode;
+
+use super::file::File;
+use crate::import::Model;
+use crate::world::{Lobe, Material, Reflection};
+
+/// Index of refraction of what does not say its own.
+const IOR: f32 = 1.5;
+/// Exponents beyond this are mirrors to the eye.
+const SHARPEST: f32 = 2000.0;
+
+/// Which rows of [`Model::materials`] the materials of a file are.
+pub struct Materials {
+    default: usize,
+}
+
+impl Materials {
+    /// Puts the file's materials into the model, in order, and the default one after them.
+    pub fn read(file: &File, model: &mut Model) -> Self {
+        let mut textured = 0;
+        for material in file.document.materials() {
+            let number = material.index().unwrap_or_default();
+            let name = match material.name() {
+                Some(name) if !name.is_empty() => name.to_owned(),
+                _ => format!("material {number}"),
+            };
+            // Two of one name would be one to the loader.
+            let taken = |name: &String| model.materials.iter().any(|(other, _)| other == name);
+            let name = match taken(&name) {
+                true => format!("{name} ({number})"),
+                false => name,
+            };
+            textured += usize::from(has_texture(&material));
+            model.materials.push((name, material_of(&material)));
+        }
+        if textured > 0 {
+            model
+                .warnings
+                .push(format!("the textures of {textured} materials are not read"));
+        }
+        Self {
+            default: model.materials.len(),
+        }
+    }
+
+    /// The row of a primitive's material; the default one joins the model when it is first asked for.
+    pub fn row(&self, material: &gltf::Material, model: &mut Model) -> usize {
+        match material.index() {
+            Some(row) => row,
+            None => {
+                if model.materials.len() == self.default {
+                    let name = "default material".to_owned();
+                    model.materials.push((name, material_of(material)));
+                }
+                self.default
+            }
+        }
+    }
+}
+
+fn has_texture(material: &gltf::Material) -> bool {
+    let metal_rough = material.pbr_metallic_roughness();
+    metal_rough.base_color_texture().is_some()
+        || metal_rough.metallic_roughness_texture().is_some()
+        || material.normal_texture().is_some()
+        || material.emissive_texture().is_some()
+}
+
+/// The material, by its factors. Every number comes out finite and in range.
+pub fn material_of(material: &gltf::Material) -> Material {
+    let metal_rough = material.pbr_metallic_roughness();
+    let base = Vec4::from(metal_rough.base_color_factor().map(share));
+    let metal = share(metal_rough.metallic_factor());
+    let rough = share(metal_rough.roughness_factor());
+    let passed = material
+        .transmission()
+        .map_or(0.0, |glass| share(glass.transmission_factor()));
+    let ior = material.ior().unwrap_or(IOR);
+    let ior = if (1.0..=10.0).contains(&ior) {
+        ior
+    } else {
+        IOR
+    };
+    let mirrored = metal * (1.0 - rough);
+    let mut result = Material {
+        color: base.truncate(),
+        diffuse: (1.0 - mirrored) * (1.0 - passed),
+        specular: highlight(rough, ior, metal),
+        ..Material::default()
+    };
+    if mirrored > 0.0 {
+        result.reflection = Reflection::Constant(result.color * mirrored);
+    }
+    if passed > 0.0 {
+        result.ior = f64::from(ior);
+        result.reflection = Reflection::Fresnel;
+        match result.color == Vec3::ONE {
+            true => result.transmit = passed,
+            false => result.filter = passed,
+        }
+    } else if material.alpha_mode() == AlphaMode::Blend {
+        result.transmit = 1.0 - base.w;
+    }
+    if material.unlit() {
+        return Material {
+            color: result.color,
+            diffuse: 0.0,
+            emission: 1.0,
+            transmit: result.transmit,
+            ..Material::default()
+        };
+    }
+    glow(&mut result, material);
+    result
+}
+
+fn share(number: f32) -> f32 {
+    if number.is_finite() {
+        number.clamp(0.0, 1.0)
+    } else {
+        0.0
+    }
+}
+
+/// The highlight of what is no metal.
+fn highlight(rough: f32, ior: f32, metal: f32) -> Option<Lobe> {
+    let exponent = (2.0 / rough.powi(4) - 2.0).min(SHARPEST);
+    let normal = ((ior - 1.0) / (ior + 1.0)).powi(2);
+    let strength = (normal * (1.0 - metal) * (exponent + 8.0) / 8.0).min(1.0);
+    (strength > 0.0 && exponent >= 1.0).then_some(Lobe { strength, exponent })
+}
+
+/// Adds what the material gives off.
+fn glow(result: &mut Material, material: &gltf::Material) {
+    let factor = Vec3::from(material.emissive_factor().map(share));
+    let strength = material.emissive_strength().unwrap_or(1.0);
+    let strength = if strength.is_finite() {
+        strength.max(0.0)
+    } else {
+        1.0
+    };
+    let given = factor * strength;
+    let brightest = given.max_element();
+    if !(brightest > 0.0 && brightest.is_finite()) {
+        return;
+    }
+    if brightest >= result.color.max_element() {
+        result.color = given / brightest;
+        result.emission = brightest;
+    } else {
+        result.emission = brightest / result.color.max_element();
+    }
+}

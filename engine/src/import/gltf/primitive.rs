@@ -1,0 +1,292 @@
+//! Primitives of meshes to parts: triangles, normals, morph targets, bindings.
+
+use std::collections::HashMap;
+use std::sync::Arc;
+
+use glam::{DVec3, Vec3};
+use gltf::accessor::Dimensions;
+use gltf::mesh::{Mode, Primitive, Semantic};
+
+use super::file::File;
+use super::material::Materials;
+use super::skin::binding_of;
+use crate::import::{Content, Model, Part};
+use crate::world::{MeshData, Morph, VertexSets};
+
+/// Reads each mesh once, however many nodes show it.
+pub struct Parts<'a> {
+    file: &'a File,
+    materials: &'a Materials,
+    /// Parts and materials of meshes, by mesh and the bits of the weights that a node gives it.
+    read: HashMap<(usize, Vec<u32>), Vec<(usize, usize)>>,
+}
+
+impl<'a> Parts<'a> {
+    /// No mesh is read yet.
+    pub fn new(file: &'a File, materials: &'a Materials) -> Self {
+        Self {
+            file,
+            materials,
+            read: HashMap::new(),
+        }
+    }
+
+    /// The parts that a node shows.
+    pub fn of_node(
+        &mut self,
+        node: &gltf::Node,
+        model: &mut Model,
+    ) -> Result<Vec<Content>, String> {
+        let Some(mesh) = node.mesh() else {
+            return Ok(Vec::new());
+        };
+        let weights = node.weights().or(mesh.weights()).unwrap_or_default();
+        let key = (mesh.index(), weights.iter().map(|w| w.to_bits()).collect());
+        if !self.read.contains_key(&key) {
+            let parts = self.parts_of(&mesh, weights, model)?;
+            self.read.insert(key.clone(), parts);
+        }
+        let skin = node.skin().map(|skin| skin.index());
+        let contents = self.read[&key].iter().map(|&(part, material)| {
+            let binding = model.parts[part].binding.as_ref();
+            let joints = skin.map_or(0, |skin| model.skins[skin].nodes.len());
+            let held = binding.is_some_and(|b| (b.highest_joint() as usize) < joints);
+            if skin.is_some() && !held {
+                let place = format!("nodes[{}]", node.index());
+                let warning = format!("{place}: its mesh names joints that its skin has not");
+                model.warnings.push(warning);
+            }
+            Content::Part {
+                part,
+                material: Some(material),
+                skin: skin.filter(|_| held),
+            }
+        });
+        Ok(contents.collect())
+    }
+
+    /// The parts of a mesh, with their materials.
+    fn parts_of(
+        &self,
+        mesh: &gltf::Mesh,
+        weights: &[f32],
+        model: &mut Model,
+    ) -> Result<Vec<(usize, usize)>, String> {
+        let mut parts = Vec::new();
+        let several = mesh.primitives().len() > 1;
+        for primitive in mesh.primitives() {
+            let place = format!("meshes[{}].primitives[{}]", mesh.index(), primitive.index());
+            let mut name = mesh.name().unwrap_or("mesh").to_owned();
+            if several {
+                name = format!("{name} {}", primitive.index());
+            }
+            let part = self.part_of(&primitive, (name, weights), (&place, model))?;
+            if let Some(part) = part {
+                let material = self.materials.row(&primitive.material(), model);
+                parts.push((model.parts.len(), material));
+                model.parts.push(part);
+            }
+        }
+        Ok(parts)
+    }
+
+    /// A primitive's part; none, and a warning, where it has no triangle.
+    fn part_of(
+        &self,
+        primitive: &Primitive,
+        (name, weights): (String, &[f32]),
+        (place, model): (&str, &mut Model),
+    ) -> Result<Option<Part>, String> {
+        let within = |why: String| format!("{place}: {why}");
+        let Some(positions) = primitive.get(&Semantic::Positions) else {
+            model
+                .warnings
+                .push(within("it has no positions; it is left out".into()));
+            return Ok(None);
+        };
+        let positions = self
+            .file
+            .numbers(&positions, Dimensions::Vec3)
+            .map_err(within)?;
+        let corners = match primitive.indices() {
+            Some(indices) => self.file.indices(&indices).map_err(within)?,
+            None => (0..positions.len() as u32 / 3).collect(),
+        };
+        let Some(triangles) = triangles(primitive.mode(), &corners) else {
+            let warning = "it consists of points or lines; it is left out";
+            model.warnings.push(within(warning.into()));
+            return Ok(None);
+        };
+        let sound = Sound::new(&positions, triangles);
+        if sound.left_out > 0 {
+            let left_out = sound.left_out;
+            let warning =
+                format!("{left_out} triangles name vertices that are not there or not finite");
+            model.warnings.push(within(warning));
+        }
+        if sound.triangles.is_empty() {
+            model.warnings.push(within("it has no triangle".into()));
+            return Ok(None);
+        }
+        let vertices = gather(&positions, &sound.used);
+        let normals = match primitive.get(&Semantic::Normals) {
+            Some(normals) => self
+                .file
+                .numbers(&normals, Dimensions::Vec3)
+                .map_err(within)?,
+            None => Vec::new(),
+        };
+        let normals = normals_of(&normals, &sound.used).unwrap_or_else(|| {
+            let warning = "normals are missing, zero or not finite; it is shaded flat";
+            model.warnings.push(within(warning.into()));
+            Vec::new()
+        });
+        let vertices: Vec<DVec3> = vertices.into_iter().map(|v| v.as_dvec3()).collect();
+        let mesh = MeshData::new(name, vertices, normals, sound.triangles).map_err(within)?;
+        let morph = self
+            .morph_of(primitive, &sound.used, weights)
+            .map_err(within)?;
+        let binding = binding_of(self.file, primitive, &sound.used, (place, model))?;
+        Ok(Some(Part {
+            mesh,
+            morph,
+            binding,
+            sources: sound.used,
+            ..Part::default()
+        }))
+    }
+
+    /// The morph targets; the weights are the node's, else the mesh's, else 0.
+    fn morph_of(
+        &self,
+        primitive: &Primitive,
+        used: &[u32],
+        weights: &[f32],
+    ) -> Result<Option<Morph>, String> {
+        let mut values = Vec::new();
+        let mut count = 0;
+        for target in primitive.morph_targets() {
+            match target.positions() {
+                Some(offsets) => {
+                    let offsets = self.file.numbers(&offsets, Dimensions::Vec3)?;
+                    let last = used.iter().max().map_or(0, |&last| last as usize + 1);
+                    if offsets.len() < 3 * last {
+                        return Err(format!("morph target {count} has too few offsets"));
+                    }
+                    let offsets = gather(&offsets, used);
+                    if !offsets.iter().all(|offset| offset.is_finite()) {
+                        return Err(format!("an offset of morph target {count} is not finite"));
+                    }
+                    values.extend(offsets);
+                }
+                None => {
+                    self.file.spend(3 * used.len())?;
+                    values.resize(values.len() + used.len(), Vec3::ZERO);
+                }
+            }
+            count += 1;
+        }
+        if count == 0 {
+            return Ok(None);
+        }
+        let weight = |i: usize| {
+            weights
+                .get(i)
+                .copied()
+                .filter(|w| w.abs() <= 1e6)
+                .unwrap_or(0.0)
+        };
+        Ok(Some(Morph {
+            targets: Arc::new(VertexSets {
+                vertices: used.len(),
+                values,
+            }),
+            weights: (0..count).map(|i| f64::from(weight(i))).collect(),
+        }))
+    }
+}
+
+/// Triangles by the corners' own numbers; none for points and lines.
+fn triangles(mode: Mode, corners: &[u32]) -> Option<Vec<[u32; 3]>> {
+    let each = |i: usize, [a, b, c]: [usize; 3]| [corners[i + a], corners[i + b], corners[i + c]];
+    let strips = 0..corners.len().saturating_sub(2);
+    Some(match mode {
+        Mode::Triangles => corners
+            .chunks_exact(3)
+            .map(|c| [c[0], c[1], c[2]])
+            .collect(),
+        // Every other triangle of a strip runs the other way round.
+        Mode::TriangleStrip => strips
+            .map(|i| each(i, if i % 2 == 0 { [0, 1, 2] } else { [0, 2, 1] }))
+            .collect(),
+        Mode::TriangleFan => strips
+            .map(|i| [corners[i + 1], corners[i + 2], corners[0]])
+            .collect(),
+        Mode::Points | Mode::Lines | Mode::LineLoop | Mode::LineStrip => return None,
+    })
+}
+
+/// Triangles whose vertices are there, numbered among those that are used.
+struct Sound {
+    triangles: Vec<[u32; 3]>,
+    /// The vertices' own numbers, rising.
+    used: Vec<u32>,
+    left_out: usize,
+}
+
+impl Sound {
+    fn new(positions: &[f32], triangles: Vec<[u32; 3]>) -> Self {
+        let far = crate::world::FARTHEST as f32;
+        let sound = |&corner: &u32| {
+            let first = corner as usize * 3;
+            let vertex = positions.get(first..first.saturating_add(3));
+            vertex.is_some_and(|vertex| vertex.iter().all(|x| x.abs() < far))
+        };
+        let before = triangles.len();
+        let mut triangles = triangles;
+        triangles.retain(|triangle| triangle.iter().all(sound));
+        let left_out = before - triangles.len();
+        // Strips use such triangles to turn corners.
+        triangles.retain(|[a, b, c]| a != b && b != c && c != a);
+        let mut place = vec![u32::MAX; positions.len() / 3];
+        for &corner in triangles.iter().flatten() {
+            place[corner as usize] = 0;
+        }
+        let mut used = Vec::new();
+        for (vertex, place) in place
+            .iter_mut()
+            .enumerate()
+            .filter(|(_, place)| **place == 0)
+        {
+            *place = used.len() as u32;
+            used.push(vertex as u32);
+        }
+        for corner in triangles.iter_mut().flatten() {
+            *corner = place[*corner as usize];
+        }
+        Self {
+            triangles,
+            used,
+            left_out,
+        }
+    }
+}
+
+/// The vectors of the vertices that are used, which are all there.
+fn gather(numbers: &[f32], used: &[u32]) -> Vec<Vec3> {
+    let vector = |&vertex: &u32| Vec3::from_slice(&numbers[3 * vertex as usize..]);
+    used.iter().map(vector).collect()
+}
+
+/// Unit normals of the vertices that are used; empty where there are none, nothing where they cannot be used.
+fn normals_of(numbers: &[f32], used: &[u32]) -> Option<Vec<Vec3>> {
+    if numbers.is_empty() {
+        return Some(Vec::new());
+    }
+    let last = used.iter().max().map_or(0, |&last| last as usize + 1);
+    if numbers.len() < 3 * last {
+        return None;
+    }
+    let normals = gather(numbers, used);
+    normals.into_iter().map(Vec3::try_normalize).collect()
+}
