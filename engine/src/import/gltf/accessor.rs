@@ -62,16 +62,17 @@ impl File {
             return Err("matrices of integers are not supported".into());
         }
         let count = accessor.count();
-        self.spend(count.saturating_mul(width))?;
         let mut numbers = Vec::new();
-        let mut extend = |bytes: &[u8]| numbers.extend(bytes.chunks_exact(size).map(&read));
         if let Some(view) = accessor.view() {
             let stride = view.stride().unwrap_or(element);
             let bytes = self.view(&view)?;
-            for element in elements(bytes, accessor.offset(), count, stride, element)? {
-                extend(element);
+            let elements = elements(bytes, accessor.offset(), count, stride, element)?;
+            self.spend(count.saturating_mul(width))?;
+            for element in elements {
+                numbers.extend(element.chunks_exact(size).map(&read));
             }
         } else {
+            self.spend(count.saturating_mul(width))?;
             numbers.resize(count * width, T::default());
         }
         let Some(sparse) = accessor.sparse() else {

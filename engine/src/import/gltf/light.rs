@@ -8,7 +8,6 @@
 use std::f32::consts::PI;
 
 use glam::Vec3;
-use gltf::camera::Projection as Projected;
 use gltf::khr_lights_punctual::{Kind, Light};
 
 use crate::import::Content;
@@ -54,17 +53,18 @@ pub fn light_of(light: &Light) -> Option<Content> {
     })
 }
 
-/// A camera; none where its numbers make none.
-pub fn camera_of(camera: &gltf::Camera) -> Option<Content> {
-    let projection = match camera.projection() {
-        Projected::Perspective(perspective) => Projection::Perspective {
-            vertical_fov: Some(f64::from(perspective.yfov()))
+/// A camera; none where its numbers make none. What it is follows from which numbers it has, whatever it calls itself.
+pub fn camera_of(camera: &gltf::json::Camera) -> Option<Content> {
+    let projection = match (&camera.perspective, &camera.orthographic) {
+        (Some(perspective), _) => Projection::Perspective {
+            vertical_fov: Some(f64::from(perspective.yfov))
                 .filter(|angle| *angle > 0.0 && *angle < std::f64::consts::PI)?,
         },
-        Projected::Orthographic(orthographic) => Projection::Orthographic {
-            height: Some(2.0 * f64::from(orthographic.ymag()).abs())
+        (None, Some(orthographic)) => Projection::Orthographic {
+            height: Some(2.0 * f64::from(orthographic.ymag).abs())
                 .filter(|height| *height > 0.0 && height.is_finite())?,
         },
+        (None, None) => return None,
     };
     Some(Content::Camera(Camera {
         projection,

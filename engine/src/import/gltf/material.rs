@@ -20,6 +20,7 @@ use glam::{Vec3, Vec4};
 use gltf::material::AlphaMode;
 
 use super::file::File;
+use super::looks::Coordinates;
 use crate::import::Model;
 use crate::world::{Lobe, Material, Reflection};
 
@@ -31,12 +32,15 @@ const SHARPEST: f32 = 2000.0;
 /// Which rows of [`Model::materials`] the materials of a file are.
 pub struct Materials {
     default: usize,
+    /// What texture coordinates each takes.
+    coordinates: Vec<Option<Coordinates>>,
 }
 
 impl Materials {
     /// Puts the file's materials into the model, in order, and the default one after them.
     pub fn read(file: &File, model: &mut Model) -> Self {
         let mut textured = 0;
+        let mut coordinates = Vec::new();
         for material in file.document.materials() {
             let number = material.index().unwrap_or_default();
             let name = match material.name() {
@@ -51,6 +55,8 @@ impl Materials {
             };
             textured += usize::from(has_texture(&material));
             model.materials.push((name, material_of(&material)));
+            let texture = material.pbr_metallic_roughness().base_color_texture();
+            coordinates.push(texture.map(|texture| Coordinates::of(&texture)));
         }
         if textured > 0 {
             model
@@ -59,7 +65,13 @@ impl Materials {
         }
         Self {
             default: model.materials.len(),
+            coordinates,
         }
+    }
+
+    /// The texture coordinates that a primitive's material takes.
+    pub fn coordinates(&self, material: &gltf::Material) -> Option<Coordinates> {
+        self.coordinates.get(material.index()?).copied().flatten()
     }
 
     /// The row of a primitive's material; the default one joins the model when it is first asked for.

@@ -11,6 +11,7 @@ mod accessor;
 mod clip;
 mod file;
 mod light;
+mod looks;
 mod material;
 mod node;
 mod primitive;

@@ -87,7 +87,7 @@ pub fn fill_nodes(
         let place = |what: &str| format!("nodes[{}]: its {what} makes none", node.index());
         let mut contents = parts.of_node(&node, model)?;
         if let Some(camera) = node.camera() {
-            match camera_of(&camera) {
+            match camera_of(&file.document.as_json().cameras[camera.index()]) {
                 Some(camera) => contents.push(camera),
                 None => model.warnings.push(place("camera")),
             }

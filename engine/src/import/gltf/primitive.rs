@@ -3,11 +3,12 @@
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec3};
+use glam::Vec3;
 use gltf::accessor::Dimensions;
 use gltf::mesh::{Mode, Primitive, Semantic};
 
 use super::file::File;
+use super::looks::looks_of;
 use super::material::Materials;
 use super::skin::binding_of;
 use crate::import::{Content, Model, Part};
@@ -98,62 +99,85 @@ impl<'a> Parts<'a> {
         (place, model): (&str, &mut Model),
     ) -> Result<Option<Part>, String> {
         let within = |why: String| format!("{place}: {why}");
-        let Some(positions) = primitive.get(&Semantic::Positions) else {
-            model
-                .warnings
-                .push(within("it has no positions; it is left out".into()));
+        let sound = self.sound(primitive, (place, model)).map_err(within)?;
+        let Some((positions, sound)) = sound else {
             return Ok(None);
         };
-        let positions = self
-            .file
-            .numbers(&positions, Dimensions::Vec3)
+        let normals = self.normals_of(primitive, &sound.used).map_err(within)?;
+        let normals = normals.unwrap_or_else(|| {
+            let what = "normals are missing, zero or not finite; it is shaded flat";
+            model.warnings.push(within(what.into()));
+            Vec::new()
+        });
+        let wanted = self.materials.coordinates(&primitive.material());
+        let looks = looks_of(self.file, primitive, &sound.used, wanted);
+        let (uvs, colors) = looks.unwrap_or_else(|why| {
+            model
+                .warnings
+                .push(within(format!("its looks are plain: {why}")));
+            Default::default()
+        });
+        let vertices = gather(&positions, &sound.used);
+        let vertices = vertices.into_iter().map(|v| v.as_dvec3()).collect();
+        let mesh = MeshData::new(name, vertices, normals, sound.triangles)
+            .and_then(|mesh| mesh.with_looks(uvs, colors))
             .map_err(within)?;
+        let morph = self.morph_of(primitive, &sound.used, weights);
+        let binding = binding_of(self.file, primitive, &sound.used, (place, model))?;
+        Ok(Some(Part {
+            mesh,
+            morph: morph.map_err(within)?,
+            binding,
+            sources: sound.used,
+            ..Part::default()
+        }))
+    }
+
+    /// The positions and the triangles that can be shown; none, and a warning, where there are none.
+    fn sound(
+        &self,
+        primitive: &Primitive,
+        (place, model): (&str, &mut Model),
+    ) -> Result<Option<(Vec<f32>, Sound)>, String> {
+        let mut warn = |why: &str| model.warnings.push(format!("{place}: {why}"));
+        let Some(positions) = primitive.get(&Semantic::Positions) else {
+            warn("it has no positions; it is left out");
+            return Ok(None);
+        };
+        let positions = self.file.numbers(&positions, Dimensions::Vec3)?;
         let corners = match primitive.indices() {
-            Some(indices) => self.file.indices(&indices).map_err(within)?,
+            Some(indices) => self.file.indices(&indices)?,
             None => (0..positions.len() as u32 / 3).collect(),
         };
         let Some(triangles) = triangles(primitive.mode(), &corners) else {
-            let warning = "it consists of points or lines; it is left out";
-            model.warnings.push(within(warning.into()));
+            warn("it consists of points or lines; it is left out");
             return Ok(None);
         };
         let sound = Sound::new(&positions, triangles);
         if sound.left_out > 0 {
             let left_out = sound.left_out;
-            let warning =
-                format!("{left_out} triangles name vertices that are not there or not finite");
-            model.warnings.push(within(warning));
+            warn(&format!(
+                "{left_out} triangles name vertices that are not there or not finite"
+            ));
         }
         if sound.triangles.is_empty() {
-            model.warnings.push(within("it has no triangle".into()));
+            warn("it has no triangle; it is left out");
             return Ok(None);
         }
-        let vertices = gather(&positions, &sound.used);
-        let normals = match primitive.get(&Semantic::Normals) {
-            Some(normals) => self
-                .file
-                .numbers(&normals, Dimensions::Vec3)
-                .map_err(within)?,
-            None => Vec::new(),
+        Ok(Some((positions, sound)))
+    }
+
+    /// Unit normals of the vertices that are used; empty where there are none, nothing where they cannot be used.
+    fn normals_of(&self, primitive: &Primitive, used: &[u32]) -> Result<Option<Vec<Vec3>>, String> {
+        let Some(normals) = primitive.get(&Semantic::Normals) else {
+            return Ok(Some(Vec::new()));
         };
-        let normals = normals_of(&normals, &sound.used).unwrap_or_else(|| {
-            let warning = "normals are missing, zero or not finite; it is shaded flat";
-            model.warnings.push(within(warning.into()));
-            Vec::new()
-        });
-        let vertices: Vec<DVec3> = vertices.into_iter().map(|v| v.as_dvec3()).collect();
-        let mesh = MeshData::new(name, vertices, normals, sound.triangles).map_err(within)?;
-        let morph = self
-            .morph_of(primitive, &sound.used, weights)
-            .map_err(within)?;
-        let binding = binding_of(self.file, primitive, &sound.used, (place, model))?;
-        Ok(Some(Part {
-            mesh,
-            morph,
-            binding,
-            sources: sound.used,
-            ..Part::default()
-        }))
+        let numbers = self.file.numbers(&normals, Dimensions::Vec3)?;
+        if numbers.len() < 3 * count_up_to_last(used) {
+            return Ok(None);
+        }
+        let normals = gather(&numbers, used).into_iter();
+        Ok(normals.map(Vec3::try_normalize).collect())
     }
 
     /// The morph targets; the weights are the node's, else the mesh's, else 0.
@@ -169,8 +193,7 @@ impl<'a> Parts<'a> {
             match target.positions() {
                 Some(offsets) => {
                     let offsets = self.file.numbers(&offsets, Dimensions::Vec3)?;
-                    let last = used.iter().max().map_or(0, |&last| last as usize + 1);
-                    if offsets.len() < 3 * last {
+                    if offsets.len() < 3 * count_up_to_last(used) {
                         return Err(format!("morph target {count} has too few offsets"));
                     }
                     let offsets = gather(&offsets, used);
@@ -278,15 +301,7 @@ fn gather(numbers: &[f32], used: &[u32]) -> Vec<Vec3> {
     used.iter().map(vector).collect()
 }
 
-/// Unit normals of the vertices that are used; empty where there are none, nothing where they cannot be used.
-fn normals_of(numbers: &[f32], used: &[u32]) -> Option<Vec<Vec3>> {
-    if numbers.is_empty() {
-        return Some(Vec::new());
-    }
-    let last = used.iter().max().map_or(0, |&last| last as usize + 1);
-    if numbers.len() < 3 * last {
-        return None;
-    }
-    let normals = gather(numbers, used);
-    normals.into_iter().map(Vec3::try_normalize).collect()
+/// Vertices up to the last one that is used.
+fn count_up_to_last(used: &[u32]) -> usize {
+    used.last().map_or(0, |&last| last as usize + 1)
 }

@@ -306,16 +306,16 @@ fn what_cannot_be_read_says_where_and_why() {
         (
             "\"count\":5",
             "\"count\":18446744073709551615",
-            "far more numbers than it has bytes",
+            "accessors[0]: 18446744073709551615 elements",
         ),
         (
-            "\"byteLength\":60}]",
-            "\"byteLength\":61}]",
+            "\"buffer\":0,\"byteLength\":60",
+            "\"buffer\":0,\"byteLength\":61",
             "bufferViews[0]: 61 bytes from byte 0 on, but its buffer has 60",
         ),
         (
-            "\"byteLength\":60}]",
-            "\"byteLength\":60,\"byteOffset\":18446744073709551615}]",
+            "\"buffer\":0,",
+            "\"buffer\":0,\"byteOffset\":18446744073709551615,",
             "bufferViews[0]",
         ),
         (
