@@ -7,13 +7,15 @@ mod gltf;
 mod model;
 mod mtl;
 mod obj;
+mod picture;
 mod poses;
 mod smooth;
 
 pub use gltf::{import_gltf, read_gltf};
 pub use model::{Content, Joints, Model, Node, Part, Solid, Warnings};
-pub use mtl::material_of;
+pub use mtl::{material_of, with_pictures};
 pub use obj::import_obj;
+pub use picture::{Pictures, decode_texture, import_texture};
 pub use poses::import_pose;
 pub use smooth::{smooth, smooth_part};
 

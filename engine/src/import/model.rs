@@ -11,7 +11,7 @@ use glam::{DAffine3, Vec3};
 use super::Outline;
 use crate::world::{
     Camera, Clip, Cone, Cylinder, DirectionalLight, KeyFrames, Material, MeshData, Morph,
-    PointLight, Shear, SkinBinding, Sphere, SpotLight, Transform,
+    PointLight, Shear, SkinBinding, Sphere, SpotLight, Texture, Transform,
 };
 
 /// What a model file holds.
@@ -21,6 +21,8 @@ pub struct Model {
     pub nodes: Vec<Node>,
     /// Meshes that nodes show; none is empty.
     pub parts: Vec<Part>,
+    /// Pictures of the file; [`crate::world::TextureId`] of its materials is a row of these.
+    pub textures: Vec<Texture>,
     /// The materials of the file, by name.
     pub materials: Vec<(String, Material)>,
     /// Joints that meshes are bound to.

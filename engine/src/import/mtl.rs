@@ -11,11 +11,17 @@
 //! | `illum` 3, 5 | mirror: 3 reflects `Ks`, 5 by Fresnel where `Ni` > 1, else `Ks` |
 //! | `illum` 4, 6, 7, 9 | glass: as transparent as `d` says (fully, where `d` says nothing), Fresnel where `Ni` > 1 |
 //!
-//! `Ka` has no counterpart (there is no ambient light), and textures are not read yet.
+//! | `map_Kd` | `color_map`, times `Kd` |
+//! | `map_d` | `alpha_cutoff` 0.5: cut out where it is dark (its alpha, where it is the file of `map_Kd`) |
+//! | `norm`, `map_Bump` in colour | `normal_map` |
+//!
+//! `Ka` has no counterpart (there is no ambient light). Of a map's options `-clamp on` counts. A grey `map_Bump` is a map of
+//! heights, which is left out with a warning.
 
 use glam::Vec3;
 
-use crate::world::{Lobe, Material, Reflection};
+use super::{Pictures, Warnings};
+use crate::world::{ColorSpace, Lobe, Material, Reflection, Texture, TextureId, Wrap};
 
 /// The material of an MTL entry. Every number comes out finite and in range.
 pub fn material_of(mtl: &tobj::Material) -> Material {
@@ -51,6 +57,119 @@ pub fn material_of(mtl: &tobj::Material) -> Material {
         material.transmit = 0.0;
     }
     material
+}
+
+/// The material with the pictures that its entry names.
+pub fn with_pictures(
+    material: Material,
+    mtl: &tobj::Material,
+    pictures: &mut Pictures,
+    warnings: &mut Warnings,
+) -> Material {
+    let mut material = material;
+    let mut picture = |map: &Map, space| pictures.file(&map.file, (space, map.wrap), warnings);
+    let color = mtl.diffuse_texture.as_deref().and_then(map_of);
+    material.color_map = color
+        .as_ref()
+        .and_then(|map| picture(map, ColorSpace::Srgb));
+    let dissolve = mtl.dissolve_texture.as_deref().and_then(map_of);
+    let mask = dissolve
+        .as_ref()
+        .and_then(|map| picture(map, ColorSpace::Linear));
+    let unknown = |name: &str| mtl.unknown_param.get(name).map(String::as_str);
+    let normals = unknown("norm").or(mtl.normal_texture.as_deref());
+    let normals = normals.or(unknown("bump")).and_then(map_of);
+    let normal_map = normals
+        .as_ref()
+        .and_then(|map| picture(map, ColorSpace::Linear));
+    if let Some(mask) = mask {
+        let is_same = color.as_ref().map(|map| &map.file) == dissolve.as_ref().map(|map| &map.file);
+        material.alpha_cutoff = Some(0.5);
+        if !is_same {
+            cut_out(&mut material, mask, pictures, warnings);
+        }
+    }
+    match normal_map.filter(|row| is_grey(&pictures.textures[row.0 as usize])) {
+        Some(_) => warnings.push(format!(
+            "the bump map of `{}` is left out: it holds heights, not normals",
+            mtl.name
+        )),
+        None => material.normal_map = normal_map,
+    }
+    material
+}
+
+/// Gives the colour map, or a white one, the brightness of a mask as its alpha.
+fn cut_out(
+    material: &mut Material,
+    mask: TextureId,
+    pictures: &mut Pictures,
+    warnings: &mut Warnings,
+) {
+    let mut texture = pictures.textures[mask.0 as usize].clone();
+    let color = material
+        .color_map
+        .map(|row| &pictures.textures[row.0 as usize]);
+    let sizes = |texture: &Texture| -> Vec<[u32; 2]> {
+        let levels = texture.levels.iter();
+        levels.map(|level| [level.width, level.height]).collect()
+    };
+    if color.is_some_and(|color| sizes(color) != sizes(&texture)) {
+        warnings.push("a `map_d` is left out: it has not the size of its `map_Kd`");
+        material.alpha_cutoff = None;
+        return;
+    }
+    for (i, level) in texture.levels.iter_mut().enumerate() {
+        for (j, texel) in level.texels.iter_mut().enumerate() {
+            let [r, g, b] = color.map_or([u16::MAX; 3], |color| {
+                let [r, g, b, _] = color.levels[i].texels[j];
+                [r, g, b]
+            });
+            *texel = [r, g, b, texel[0]];
+        }
+    }
+    pictures.textures.push(texture);
+    material.color_map = Some(TextureId(pictures.textures.len() as u32 - 1));
+}
+
+/// Whether red, green and blue are alike everywhere.
+fn is_grey(texture: &Texture) -> bool {
+    let texels = texture
+        .levels
+        .first()
+        .map_or(&[][..], |level| &level.texels);
+    texels.iter().all(|[r, g, b, _]| r == g && g == b)
+}
+
+/// A map of an entry.
+#[derive(Debug, PartialEq)]
+struct Map {
+    file: String,
+    wrap: Wrap,
+}
+
+/// A map's file behind its options; words after an option belong to it while they are numbers, switches or channels.
+fn map_of(text: &str) -> Option<Map> {
+    let mut rest = text.trim();
+    let mut wrap = Wrap::Repeat;
+    let mut option = "";
+    while let Some((word, behind)) = rest.split_once(char::is_whitespace) {
+        let is_argument = word.parse::<f64>().is_ok()
+            || matches!(word, "on" | "off")
+            || (matches!(option, "-imfchan" | "-type") && word.len() <= 12);
+        if word.starts_with('-') && word.parse::<f64>().is_err() {
+            option = word;
+        } else if option.is_empty() || !is_argument {
+            break;
+        } else if (option, word) == ("-clamp", "on") {
+            wrap = Wrap::Clamp;
+        }
+        rest = behind.trim_start();
+    }
+    (!rest.is_empty()).then(|| Map {
+        file: rest.to_owned(),
+        wrap,
+    })
 }
 
 fn rgb(color: [f64; 3]) -> Vec3 {
@@ -147,6 +266,20 @@ mod tests {
         assert_eq!((tinted.filter, tinted.transmit), (0.75, 0.0));
         assert_eq!(tinted.color, Vec3::X);
         assert_eq!(mtl("Kd 0.5 0.5 0.5\nKe 1 1 1").emission, 2.0);
+    }
+
+    #[test]
+    fn a_map_is_what_is_behind_its_options() {
+        let map = |text| map_of(text).map(|map| (map.file, map.wrap));
+        for (text, file, wrap) in [
+            ("wood.png", "wood.png", Wrap::Repeat),
+            ("-s 1 2 3 -clamp on a b.png", "a b.png", Wrap::Clamp),
+            ("-bm 0.5 C:\\maps\\x.bmp", "C:\\maps\\x.bmp", Wrap::Repeat),
+            ("-imfchan r -o -1 0 2.tga", "2.tga", Wrap::Repeat),
+        ] {
+            assert_eq!(map(text), Some((file.to_owned(), wrap)), "{text}");
+        }
+        assert_eq!(map("  "), None);
     }
 
     #[test]

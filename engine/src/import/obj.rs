@@ -8,9 +8,9 @@ use std::collections::HashMap;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
-use glam::{DVec3, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3};
 
-use super::{Content, Model, Node, Outline, Part, Warnings, material_of};
+use super::{Content, Model, Node, Outline, Part, Pictures, Warnings, material_of, with_pictures};
 use crate::world::{MeshData, Polygon, triangulate};
 
 /// Reads an OBJ file and the MTL files it names, which are looked for beside it.
@@ -67,14 +67,21 @@ fn read(text: &str, path: &Path) -> Result<Model, String> {
     });
     let (models, materials) =
         loaded.map_err(|error| format!("it is not a valid OBJ file: {error}"))?;
+    let mut warnings = warnings.into_inner();
+    let mut pictures = Pictures::new(folder);
     let materials: Vec<(String, _)> = materials
         .unwrap_or_default()
         .iter()
-        .map(|material| (material.name.clone(), material_of(material)))
+        .map(|mtl| {
+            let plain = material_of(mtl);
+            let material = with_pictures(plain, mtl, &mut pictures, &mut warnings);
+            (mtl.name.clone(), material)
+        })
         .collect();
     let mut model = Model {
+        textures: pictures.textures,
         materials,
-        warnings: warnings.into_inner(),
+        warnings,
         ..Model::default()
     };
     for source in &models {
@@ -208,14 +215,15 @@ fn plain_materials(text: &str, name: &Path, warnings: &mut Warnings) -> String {
     plain
 }
 
-/// A corner of a face: vertex and normal.
-type Corner = (u32, Option<u32>);
+/// A corner of a face: vertex, texture coordinate and normal.
+type Corner = (u32, Option<u32>, Option<u32>);
 
 /// A group's mesh, and which vertex of the group each of its vertices is.
 fn mesh_of(source: &tobj::Model, warnings: &mut Warnings) -> Result<(MeshData, Vec<u32>), String> {
     let mesh = &source.mesh;
     let positions = points(&mesh.positions);
     let normals = points(&mesh.normals);
+    let (uvs, _) = mesh.texcoords.as_chunks::<2>();
     let mut weld = Weld::default();
     let mut triangles = Vec::new();
     for corners in faces(source)? {
@@ -224,7 +232,7 @@ fn mesh_of(source: &tobj::Model, warnings: &mut Warnings) -> Result<(MeshData, V
                 for triangle in cut {
                     let mut rows = [0; 3];
                     for (row, corner) in rows.iter_mut().zip(triangle) {
-                        *row = weld.row(corner, &positions, &normals)?;
+                        *row = weld.row(corner, &positions, uvs, &normals)?;
                     }
                     triangles.push(rows);
                 }
@@ -241,17 +249,28 @@ fn mesh_of(source: &tobj::Model, warnings: &mut Warnings) -> Result<(MeshData, V
         normals.clear();
     }
     let mesh = MeshData::new(source.name.clone(), weld.vertices, normals, triangles)?;
+    let mesh = if weld.uvs.iter().all(|uv| uv.is_finite()) {
+        mesh.with_looks(weld.uvs, Vec::new())?
+    } else {
+        warnings.push(format!(
+            "the texture coordinates of `{}` are left out: one is not finite",
+            source.name
+        ));
+        mesh
+    };
     Ok((mesh, weld.sources))
 }
 
-/// The corners of each face; all with a normal, or none.
+/// The corners of each face; all with a normal, or none; all with a texture coordinate, or none.
 fn faces(source: &tobj::Model) -> Result<Vec<Vec<Corner>>, String> {
     let mesh = &source.mesh;
     // With one index for all, tobj leaves the list of normal indices empty.
     let with_normals = !mesh.normals.is_empty() && mesh.normal_indices.len() == mesh.indices.len();
+    let with_uvs = !mesh.texcoords.is_empty() && mesh.texcoord_indices.len() == mesh.indices.len();
     let corner = |i: usize| -> Corner {
         let normal = with_normals.then(|| mesh.normal_indices[i]);
-        (mesh.indices[i], normal)
+        let uv = with_uvs.then(|| mesh.texcoord_indices[i]);
+        (mesh.indices[i], uv, normal)
     };
     let arities = if mesh.face_arities.is_empty() {
         vec![3; mesh.indices.len() / 3]
@@ -273,12 +292,13 @@ fn faces(source: &tobj::Model) -> Result<Vec<Vec<Corner>>, String> {
     arities.into_iter().map(face).collect()
 }
 
-/// Vertices in the order of their first use, one a pair of position and normal.
+/// Vertices in the order of their first use, one a position, texture coordinate and normal.
 #[derive(Default)]
 struct Weld {
     rows: HashMap<Corner, u32>,
     vertices: Vec<DVec3>,
     normals: Vec<Vec3>,
+    uvs: Vec<Vec2>,
     sources: Vec<u32>,
 }
 
@@ -287,12 +307,13 @@ impl Weld {
         &mut self,
         corner: Corner,
         positions: &[DVec3],
+        uvs: &[[f64; 2]],
         normals: &[DVec3],
     ) -> Result<u32, String> {
         if let Some(&row) = self.rows.get(&corner) {
             return Ok(row);
         }
-        let (vertex, normal) = corner;
+        let (vertex, uv, normal) = corner;
         let missing = |what: &str, i: u32, count: usize| {
             format!("a face names {what} {i}, but there are {count}")
         };
@@ -304,6 +325,13 @@ impl Weld {
                 .get(normal as usize)
                 .ok_or_else(|| missing("normal", normal, normals.len()))?;
             self.normals.push(given.normalize_or_zero().as_vec3());
+        }
+        if let Some(uv) = uv {
+            let [u, v] = uvs
+                .get(uv as usize)
+                .ok_or_else(|| missing("texture coordinate", uv, uvs.len()))?;
+            // OBJ counts v from the lower edge.
+            self.uvs.push(DVec2::new(*u, 1.0 - v).as_vec2());
         }
         let row = self.vertices.len() as u32;
         self.vertices.push(*position);

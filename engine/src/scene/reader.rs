@@ -243,7 +243,7 @@ impl<'n, 'a> Fields<'n, 'a> {
 /// field equal to its default, bit for bit, is not written.
 macro_rules! record {
     ($what:literal, $type:ty {
-        $($name:literal => $field:ident: $schema:ty $(, $check:path)?;)*
+        $($name:literal => $field:ident $(. $part:ident)*: $schema:ty $(, $check:path)?;)*
     } $(, $whole:path)?) => {
         impl $crate::scene::reader::Schema for $type {
             fn read(
@@ -256,7 +256,7 @@ macro_rules! record {
                     let check: fn(&$schema) -> Result<(), &'static str> =
                         $crate::scene::reader::record!(@check $($check)?);
                     if let Some(read) = fields.read_checked::<$schema>(reader, $name, check) {
-                        value.$field = read.into();
+                        value.$field $(. $part)* = read.into();
                     }
                 )*
                 $($whole(reader, &fields, &value)?;)?
@@ -268,8 +268,8 @@ macro_rules! record {
                 writer.record(None, |writer| {
                     $(writer.field_unless_default(
                         $name,
-                        &<$schema>::from(self.$field),
-                        &<$schema>::from(default.$field),
+                        &<$schema>::from(self.$field $(. $part)*.clone()),
+                        &<$schema>::from(default.$field $(. $part)*.clone()),
                     );)*
                 });
             }

@@ -2,6 +2,7 @@
 
 mod clips;
 mod poses;
+mod textures;
 mod timeline;
 
 use std::collections::{HashMap, HashSet};
@@ -16,7 +17,9 @@ use super::schema::{self, At, Entity, MeshFile, Scene, Shape};
 use super::syntax;
 use super::timeline::last_key;
 use crate::import::{self, Content, Model, smooth_part};
+use crate::world::Texture;
 pub use poses::PoseKey;
+pub use textures::{TextureKey, pictures, texture_key};
 
 /// A scene and its meshes.
 pub struct Resolved {
@@ -25,6 +28,8 @@ pub struct Resolved {
     pub models: HashMap<MeshKey, Model>,
     /// Places of the vertices of each part, by mesh and path of the pose.
     pub poses: HashMap<PoseKey, Vec<Vec<DVec3>>>,
+    /// Pictures of materials; none: the file could not be read.
+    pub textures: HashMap<TextureKey, Option<Texture>>,
 }
 
 /// What makes two uses of a mesh file the same mesh: its path and the bits of its smoothing angle.
@@ -83,6 +88,9 @@ fn look_up(
         .iter()
         .map(|(id, _)| id.value.clone())
         .collect();
+    for (_, material) in &scene.materials {
+        resolver.open_textures(material, folder);
+    }
     resolver.look_up(&scene.entities, folder);
     resolver.look_up_timeline(&scene);
     if let Some(id) = &scene.active_camera {
@@ -105,6 +113,7 @@ fn look_up(
             scene,
             models: resolver.models,
             poses: resolver.poses,
+            textures: resolver.textures,
         },
         report,
     )
@@ -119,6 +128,7 @@ struct Resolver {
     materials: HashSet<String>,
     models: HashMap<MeshKey, Model>,
     poses: HashMap<PoseKey, Vec<Vec<DVec3>>>,
+    textures: HashMap<TextureKey, Option<Texture>>,
     /// Mesh files that could not be imported, so that each is told once a use.
     failed: HashMap<MeshKey, String>,
     summary: Summary,
@@ -141,7 +151,7 @@ impl Resolver {
                 "an entity with `camera: ()`",
             );
         }
-        let own = scene.materials.iter().map(|(_, material)| material);
+        let own = scene.materials.iter().map(|(_, file)| &file.material);
         let models = self.models.values().flat_map(|model| &model.materials);
         let imported = models.map(|(_, material)| material);
         let keyed = |track: &schema::Track| track.field.value == "material.emission";

@@ -6,7 +6,8 @@ use bevy_ecs::prelude::*;
 
 use super::reader::Schema;
 use super::schema::{
-    self, At, ClipFile, Deform, KeysFile, Light, MeshFile, MorphFile, Motion, Pose, Scene, Shape,
+    self, At, ClipFile, Deform, KeysFile, Light, MaterialFile, MeshFile, MorphFile, Motion, Pose,
+    Scene, Shape, TextureFile,
 };
 use super::spawn::{Imported, MeshSource, PoseFiles, SceneRoots};
 use super::timeline::Timeline;
@@ -14,7 +15,8 @@ use super::writer::Writer;
 use crate::world::{
     ActiveCamera, Background, Camera, ClipLayer, ClipPlayer, Cone, Cuboid, Cylinder,
     DirectionalLight, Disc, KeyFrames, Material, Morph, Plane, PointLight, Polygon, Rest, SceneId,
-    Shear, Sphere, SpotLight, Surface, Torus, TraceDepth, Transform, Visibility,
+    Shear, Sphere, SpotLight, Surface, TextureId, Textures, Torus, TraceDepth, Transform,
+    Visibility,
 };
 
 /// The scene as the text of a scene file. Loading it gives the same components, bit for bit.
@@ -68,7 +70,7 @@ pub fn describe(world: &mut World) -> Scene {
         active_camera: active.and_then(|entity| id_of(world, entity)),
         materials: in_order(materials, &roots.materials)
             .into_iter()
-            .filter_map(|entity| Some((id_of(world, entity)?, *world.get::<Material>(entity)?)))
+            .filter_map(|entity| Some((id_of(world, entity)?, material_of(world, entity)?)))
             .collect(),
         entities: in_order(entities, &roots.entities)
             .into_iter()
@@ -86,6 +88,27 @@ fn in_order(mut entities: Vec<Entity>, file: &[Entity]) -> Vec<Entity> {
     let ranks: HashMap<Entity, usize> = file.iter().enumerate().map(|(i, &e)| (e, i)).collect();
     entities.sort_by_key(|entity| (ranks.get(entity).copied().unwrap_or(usize::MAX), *entity));
     entities
+}
+
+/// Pictures that came from no file of the scene's are left out: there is nothing to load them from.
+fn material_of(world: &World, entity: Entity) -> Option<MaterialFile> {
+    let material = *world.get::<Material>(entity)?;
+    let file_of = |id: Option<TextureId>| {
+        let texture = world.get_resource::<Textures>()?.get(id?)?;
+        (!texture.path.is_empty()).then(|| TextureFile {
+            path: texture.path.clone().into(),
+            wrap: texture.wrap,
+        })
+    };
+    Some(MaterialFile {
+        color_map: file_of(material.color_map),
+        normal_map: file_of(material.normal_map),
+        material: Material {
+            color_map: None,
+            normal_map: None,
+            ..material
+        },
+    })
 }
 
 fn id_of(world: &World, entity: Entity) -> Option<At<String>> {

@@ -13,13 +13,13 @@ use std::collections::{HashMap, HashSet};
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 
-use super::resolve::{MeshKey, Resolved};
-use super::schema::{self, Light, Motion, Shape};
+use super::resolve::{MeshKey, Resolved, TextureKey, pictures, texture_key};
+use super::schema::{self, Light, MaterialFile, Motion, Shape};
 use super::timeline::{Ids, Timeline};
 use crate::import::Model;
 use crate::world::{
-    ActiveCamera, Background, Material, Mesh, MeshId, Meshes, SceneId, Surface, TraceDepth,
-    Visibility,
+    ActiveCamera, Background, Material, Mesh, MeshId, Meshes, SceneId, Surface, Texture, TextureId,
+    Textures, TraceDepth, Visibility,
 };
 
 /// The model file an entity shows. A single thing stands on the entity itself, several on children that are
@@ -47,7 +47,7 @@ pub struct SceneRoots {
     pub entities: Vec<Entity>,
 }
 
-/// Removes all that came from a scene file, frees its meshes and resets background, depth and timeline.
+/// Removes all that came from a scene file, frees its meshes and textures and resets background, depth and timeline.
 pub fn unload(world: &mut World) {
     let meshes = used_meshes(world, true);
     let mut query = world.query_filtered::<Entity, Or<(With<SceneId>, With<Imported>)>>();
@@ -63,6 +63,12 @@ pub fn unload(world: &mut World) {
     for id in meshes.difference(&kept) {
         store.remove(*id);
     }
+    let mut materials = world.query::<&Material>();
+    let shown = materials
+        .iter(world)
+        .flat_map(|material| [material.color_map, material.normal_map]);
+    let shown: HashSet<TextureId> = shown.flatten().collect();
+    world.get_resource_or_init::<Textures>().retain(&shown);
     world.insert_resource(Background::default());
     world.insert_resource(TraceDepth::default());
     world.insert_resource(ActiveCamera::default());
@@ -86,7 +92,9 @@ pub fn spawn(world: &mut World, resolved: Resolved) {
         scene,
         models,
         poses,
+        textures,
     } = resolved;
+    let textures = store_textures(world, textures);
     world.insert_resource(Background(scene.background));
     world.insert_resource(TraceDepth(scene.max_generations));
     let mut spawner = Spawner {
@@ -102,10 +110,11 @@ pub fn spawn(world: &mut World, resolved: Resolved) {
     };
     spawner.take_ids(&scene.entities);
     let mut roots = SceneRoots::default();
-    for (id, material) in &scene.materials {
+    for (id, file) in &scene.materials {
+        let material = material_of(file, &textures);
         let name = Name::new(id.value.clone());
         let entity = world
-            .spawn((SceneId(id.value.clone()), name, *material))
+            .spawn((SceneId(id.value.clone()), name, material))
             .id();
         spawner.ids.materials.insert(id.value.clone(), entity);
         roots.materials.push(entity);
@@ -120,6 +129,33 @@ pub fn spawn(world: &mut World, resolved: Resolved) {
     let timeline = Timeline::compile(scene.timeline, &spawner.ids, world);
     world.insert_resource(timeline);
     world.insert_resource(roots);
+}
+
+/// Puts pictures into the store; those that could not be read are left out.
+fn store_textures(
+    world: &mut World,
+    textures: HashMap<TextureKey, Option<Texture>>,
+) -> HashMap<TextureKey, TextureId> {
+    let mut store = world.get_resource_or_init::<Textures>();
+    let mut stored = HashMap::new();
+    for (key, texture) in textures {
+        if let Some(texture) = texture {
+            stored.insert(key, store.add(texture));
+        }
+    }
+    stored
+}
+
+/// A material of the scene file with its pictures.
+fn material_of(file: &MaterialFile, textures: &HashMap<TextureKey, TextureId>) -> Material {
+    let maps = pictures(file);
+    let [color_map, normal_map] = maps
+        .map(|(map, space)| map.and_then(|map| textures.get(&texture_key(map, space)).copied()));
+    Material {
+        color_map,
+        normal_map,
+        ..file.material
+    }
 }
 
 struct Spawner {

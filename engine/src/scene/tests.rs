@@ -10,6 +10,7 @@ mod meshes;
 mod moving;
 mod problems;
 mod roundtrip;
+mod textures;
 
 /// A small xorshift: tests need chance that is the same on every run.
 pub(super) struct Chance(pub u64);

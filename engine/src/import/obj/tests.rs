@@ -157,3 +157,23 @@ fn colours_of_materials_that_are_not_three_numbers_do_not_reach_the_reader() {
         warnings[0]
     );
 }
+
+#[test]
+fn corners_that_differ_in_their_texture_coordinate_alone_are_vertices_of_their_own() {
+    let text =
+        format!("{SQUARE}vt 0 0\nvt 1 0.25\nvt 0.5 1\nvt 7 7\nf 1/1 2/2 3/3\nf 1/4 3/3 4/1\n");
+    let mesh = import(&text).unwrap().parts.remove(0).mesh;
+    assert_eq!((mesh.vertices.len(), mesh.uvs.len()), (5, 5));
+    // v counts downward here.
+    assert_eq!(mesh.uvs[1], Vec2::new(1.0, 0.75));
+    assert_eq!(
+        (mesh.vertices[0], mesh.vertices[3]),
+        (DVec3::ZERO, DVec3::ZERO)
+    );
+    assert_eq!(
+        (mesh.uvs[0], mesh.uvs[3]),
+        (Vec2::new(0.0, 1.0), Vec2::new(7.0, -6.0))
+    );
+    let odd = import(&format!("{SQUARE}vt nan 0\nf 1/1 2/1 3/1\n"));
+    assert!(odd.is_err() || odd.unwrap().parts[0].mesh.uvs.is_empty());
+}

@@ -5,11 +5,11 @@ use glam::Vec3;
 use super::clip::{ClipFile, read_clips, write_clips};
 use super::primitive::{At, Color};
 use super::timeline::write_all;
-use super::{Deform, Light, Motion, Pose, Shape, Timeline, range};
+use super::{Deform, Light, MaterialFile, Motion, Pose, Shape, Timeline, range};
 use crate::scene::reader::{Fields, Reader, Schema};
 use crate::scene::syntax::{Kind, Node};
 use crate::scene::writer::Writer;
-use crate::world::{Background, Camera, Material, Structure, TraceDepth};
+use crate::world::{Background, Camera, Structure, TraceDepth};
 
 /// The version of the format written here, and the only one there is so far.
 pub const VERSION: u32 = 1;
@@ -24,7 +24,7 @@ pub struct Scene {
     /// Id of the camera in use; none: the first visible one.
     pub active_camera: Option<At<String>>,
     /// The material table in order.
-    pub materials: Vec<(At<String>, Material)>,
+    pub materials: Vec<(At<String>, MaterialFile)>,
     /// Entities without a parent, in order.
     pub entities: Vec<Entity>,
     /// What moves.
@@ -157,11 +157,11 @@ fn read_version(reader: &mut Reader, fields: &Fields) {
     }
 }
 
-fn read_materials(reader: &mut Reader, node: &Node) -> Option<Vec<(At<String>, Material)>> {
+fn read_materials(reader: &mut Reader, node: &Node) -> Option<Vec<(At<String>, MaterialFile)>> {
     let Kind::Map(pairs) = &node.kind else {
         return reader.mismatch(node, "a table of materials `{\"name\": (...), ...}`");
     };
-    let mut materials: Vec<(At<String>, Material)> = Vec::new();
+    let mut materials: Vec<(At<String>, MaterialFile)> = Vec::new();
     for (key, value) in pairs {
         let Some(id) = At::<String>::read(reader, key) else {
             continue;
@@ -175,13 +175,13 @@ fn read_materials(reader: &mut Reader, node: &Node) -> Option<Vec<(At<String>, M
                 );
             }
             // A broken material is still a name that shapes may use.
-            materials.push((id, Material::read(reader, value).unwrap_or_default()));
+            materials.push((id, MaterialFile::read(reader, value).unwrap_or_default()));
         });
     }
     Some(materials)
 }
 
-fn write_materials(writer: &mut Writer, materials: &[(At<String>, Material)]) {
+fn write_materials(writer: &mut Writer, materials: &[(At<String>, MaterialFile)]) {
     writer.map(|writer| {
         for (id, material) in materials {
             let mut key = Writer::inline();

@@ -1,7 +1,8 @@
-//! Materials: the model of [`Material`], with `reflection` as a number, a colour or `Fresnel`.
+//! Materials: the model of [`Material`], with `reflection` as a number, a colour or `Fresnel`, and pictures as files.
 
 use super::primitive::Color;
 use super::range;
+use super::texture::TextureFile;
 use crate::scene::reader::{Fields, Reader, Schema, record};
 use crate::scene::syntax::{Kind, Node};
 use crate::scene::writer::Writer;
@@ -12,23 +13,46 @@ record!("a highlight", Lobe {
     "exponent" => exponent: f32, range::not_negative;
 });
 
-record!("a material", Material {
-    "color" => color: Color;
-    "diffuse" => diffuse: f32, range::not_negative;
-    "emission" => emission: f32, range::not_negative;
-    "phong" => phong: Option<Lobe>;
-    "specular" => specular: Option<Lobe>;
-    "reflection" => reflection: Reflection;
-    "transmit" => transmit: f32, range::share;
-    "filter" => filter: f32, range::share;
-    "ior" => ior: f64, range::positive;
+/// A material, and the files of its pictures.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct MaterialFile {
+    /// All but its pictures.
+    pub material: Material,
+    /// `color_map`
+    pub color_map: Option<TextureFile>,
+    /// `normal_map`
+    pub normal_map: Option<TextureFile>,
+}
+
+impl From<Material> for MaterialFile {
+    fn from(material: Material) -> Self {
+        Self {
+            material,
+            ..Self::default()
+        }
+    }
+}
+
+record!("a material", MaterialFile {
+    "color" => material.color: Color;
+    "diffuse" => material.diffuse: f32, range::not_negative;
+    "emission" => material.emission: f32, range::not_negative;
+    "phong" => material.phong: Option<Lobe>;
+    "specular" => material.specular: Option<Lobe>;
+    "reflection" => material.reflection: Reflection;
+    "transmit" => material.transmit: f32, range::share;
+    "filter" => material.filter: f32, range::share;
+    "ior" => material.ior: f64, range::positive;
+    "color_map" => color_map: Option<TextureFile>;
+    "normal_map" => normal_map: Option<TextureFile>;
+    "alpha_cutoff" => material.alpha_cutoff: Option<f32>, range::least_alpha;
 }, shares);
 
 /// What is let through is a share of the light: the two parts are no more than all of it.
-fn shares(reader: &mut Reader, fields: &Fields, material: &Material) -> Option<()> {
+fn shares(reader: &mut Reader, fields: &Fields, material: &MaterialFile) -> Option<()> {
     let Material {
         transmit, filter, ..
-    } = *material;
+    } = material.material;
     // Tenths in f32 may add up to a rounding error more than 1.
     if transmit + filter <= 1.0 + 1e-6 {
         return Some(());

@@ -15,6 +15,7 @@ mod pose;
 mod primitive;
 mod shape;
 mod structure;
+mod texture;
 mod timeline;
 
 pub use angle::{Angle, from_degrees, to_degrees};
@@ -22,10 +23,12 @@ pub use clip::ClipFile;
 pub use deform::{Deform, KeysFile, MorphFile};
 pub use entity::{Entity, Scene, VERSION};
 pub use light::Light;
+pub use material::MaterialFile;
 pub use motion::Motion;
 pub use pose::{Pose, Rotation};
 pub use primitive::{At, Color, Scale};
 pub use shape::{MeshFile, Shape, flat_polygon};
+pub use texture::TextureFile;
 pub use timeline::{Ease, Key, KeyValue, LookAt, Path, Timeline, Track};
 
 pub use crate::world::Loop;
@@ -60,6 +63,11 @@ pub mod range {
     /// A share.
     pub fn share(value: &f32) -> Check {
         when((0.0..=1.0).contains(value), "a number from 0 to 1")
+    }
+
+    /// An alpha below which there is nothing.
+    pub fn least_alpha(value: &Option<f32>) -> Check {
+        value.as_ref().map_or(Ok(()), share)
     }
 
     /// A count of seconds.

@@ -10,7 +10,9 @@ use super::{Imported, MeshSource, Spawner};
 use crate::import::{Content, Model, Node, Solid};
 use crate::scene::resolve::{MeshKey, mesh_key};
 use crate::scene::schema::{self, MeshFile};
-use crate::world::{ClipSet, Mesh, MeshId, Meshes, Skin, Surface, Transform, Visibility};
+use crate::world::{
+    ClipSet, Mesh, MeshId, Meshes, Skin, Surface, TextureId, Textures, Transform, Visibility,
+};
 
 /// A model whose meshes are in the store.
 #[derive(Clone)]
@@ -82,6 +84,7 @@ impl Spawner {
         let key = mesh_key(&mesh.path.value, mesh.smooth_angle);
         if let Some(mut model) = self.models.remove(&key) {
             let clips = std::mem::take(&mut model.clips);
+            store_textures(world, &mut model);
             let mut store = world.get_resource_or_init::<Meshes>();
             let parts = model.parts.iter_mut().map(|part| {
                 let mut data = std::mem::take(&mut part.mesh);
@@ -137,6 +140,18 @@ impl Spawner {
             entity.insert(morph.clone());
         }
         self.deform(world, target, &wearer.file.deform, (wearer.mesh, part, id));
+    }
+}
+
+/// Puts a model's pictures into the store; its materials then name them there.
+fn store_textures(world: &mut World, model: &mut Model) {
+    let mut store = world.get_resource_or_init::<Textures>();
+    let textures = std::mem::take(&mut model.textures).into_iter();
+    let rows: Vec<TextureId> = textures.map(|texture| store.add(texture)).collect();
+    let stored = |row: Option<TextureId>| rows.get(row?.0 as usize).copied();
+    for (_, material) in &mut model.materials {
+        material.color_map = stored(material.color_map);
+        material.normal_map = stored(material.normal_map);
     }
 }
 

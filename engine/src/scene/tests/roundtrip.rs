@@ -115,7 +115,7 @@ fn timeline(chance: &mut Chance, ids: &[String]) -> s::Timeline {
 
 fn random_scene(chance: &mut Chance) -> Scene {
     let materials: Vec<_> = (0..1 + chance.below(4))
-        .map(|i| (format!("m{i}").into(), material(chance)))
+        .map(|i| (format!("m{i}").into(), material(chance).into()))
         .collect();
     let mut ids = Vec::new();
     let entities: Vec<_> = (0..chance.below(5))

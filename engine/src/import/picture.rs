@@ -1,0 +1,205 @@
+//! Picture files to textures, for importers and the scene file: PNG, JPEG, BMP, TGA by the `image` crate.
+//!
+//! A file's own numbers are not believed: sizes are checked against its bytes before anything is allocated, and a decoder
+//! that gives up ends nothing.
+
+use std::collections::HashMap;
+use std::io::Cursor;
+use std::path::{Path, PathBuf};
+
+use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
+
+use super::{Warnings, caught};
+use crate::world::{ColorSpace, Texture, TextureId, Wrap};
+
+/// Most texels of a picture: 8192 along both edges.
+const MOST_TEXELS: u64 = 1 << 26;
+/// Bytes of memory that a byte of a file may ask for, twice what any of the formats can press into one.
+const MOST_GROWTH: u64 = 2048;
+
+/// Reads a picture file.
+///
+/// # Errors
+/// A sentence without the file's name: it cannot be read, is none of the formats, is broken or too large.
+pub fn import_texture(path: &Path, space: ColorSpace, wrap: Wrap) -> Result<Texture, String> {
+    let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    let mut texture = decode_texture(&bytes, ending, space, wrap)?;
+    texture.name = path
+        .file_stem()
+        .unwrap_or_default()
+        .to_string_lossy()
+        .into_owned();
+    Ok(texture)
+}
+
+/// Reads a picture from the bytes of a file; the ending of its name tells what the bytes do not (TGA).
+///
+/// # Errors
+/// See [`import_texture`].
+pub fn decode_texture(
+    bytes: &[u8],
+    ending: Option<&str>,
+    space: ColorSpace,
+    wrap: Wrap,
+) -> Result<Texture, String> {
+    let picture = caught("pictures", || decode(bytes, ending))?.into_rgba8();
+    let size = [picture.width(), picture.height()];
+    Texture::new("picture", size, picture.as_raw(), space, wrap)
+}
+
+fn decode(bytes: &[u8], ending: Option<&str>) -> Result<DynamicImage, String> {
+    let broken = |error: image::ImageError| format!("it is not a picture: {error}");
+    let mut reader = ImageReader::new(Cursor::new(bytes));
+    let by_content = image::guess_format(bytes).ok();
+    let by_name = || ImageFormat::from_extension(ending?);
+    match by_content.or_else(by_name) {
+        Some(format) => reader.set_format(format),
+        None => return Err("it is no PNG, JPEG, BMP or TGA".into()),
+    }
+    let mut limits = Limits::default();
+    limits.max_image_width = Some(Texture::LARGEST);
+    limits.max_image_height = Some(Texture::LARGEST);
+    reader.limits(limits);
+    let decoder = reader.into_decoder().map_err(broken)?;
+    let (width, height) = decoder.dimensions();
+    let texels = u64::from(width) * u64::from(height);
+    if texels > MOST_TEXELS {
+        return Err(format!("its {width} x {height} texels are too many"));
+    }
+    let grown = decoder.total_bytes();
+    if grown > MOST_GROWTH * (bytes.len() as u64 + 1) {
+        let held = bytes.len();
+        return Err(format!(
+            "it says that it has {width} x {height} texels, which cannot be in {held} bytes"
+        ));
+    }
+    DynamicImage::from_decoder(decoder).map_err(broken)
+}
+
+/// The textures of a model under way: each picture once a use, missing ones told once.
+pub struct Pictures<'a> {
+    folder: &'a Path,
+    rows: HashMap<(String, ColorSpace, Wrap), Option<TextureId>>,
+    /// Rows of [`super::Model::textures`].
+    pub textures: Vec<Texture>,
+}
+
+impl<'a> Pictures<'a> {
+    /// None yet; files are looked for from this folder.
+    pub fn new(folder: &'a Path) -> Self {
+        Self {
+            folder,
+            rows: HashMap::new(),
+            textures: Vec::new(),
+        }
+    }
+
+    /// The texture of a file, by its name in the model; none, and a warning, where there is no such picture.
+    pub fn file(
+        &mut self,
+        name: &str,
+        (space, wrap): (ColorSpace, Wrap),
+        warnings: &mut Warnings,
+    ) -> Option<TextureId> {
+        let path = self.find(name);
+        self.row((name, space, wrap), warnings, || {
+            import_texture(&path, space, wrap)
+        })
+    }
+
+    /// The texture of a picture within the model; `name` tells it from others.
+    pub fn bytes(
+        &mut self,
+        (name, bytes, ending): (&str, &[u8], Option<&str>),
+        (space, wrap): (ColorSpace, Wrap),
+        warnings: &mut Warnings,
+    ) -> Option<TextureId> {
+        self.row((name, space, wrap), warnings, || {
+            decode_texture(bytes, ending, space, wrap)
+        })
+    }
+
+    fn row(
+        &mut self,
+        (name, space, wrap): (&str, ColorSpace, Wrap),
+        warnings: &mut Warnings,
+        read: impl FnOnce() -> Result<Texture, String>,
+    ) -> Option<TextureId> {
+        let key = (name.to_owned(), space, wrap);
+        if let Some(&row) = self.rows.get(&key) {
+            return row;
+        }
+        let row = match read() {
+            Ok(texture) => {
+                self.textures.push(texture);
+                Some(TextureId(self.textures.len() as u32 - 1))
+            }
+            Err(why) => {
+                warnings.push(format!(
+                    "the texture `{name}` is left out, its colour is plain: {why}"
+                ));
+                None
+            }
+        };
+        self.rows.insert(key, row);
+        row
+    }
+
+    /// Where a file is: as it is named, or beside the model under the last part of its name. Names come from other
+    /// machines, with their folders and their slashes.
+    fn find(&self, name: &str) -> PathBuf {
+        let name = name.replace('\\', "/");
+        let last = name.rsplit('/').next().unwrap_or(&name);
+        let places = [&name, last, &format!("textures/{last}")].map(|name| self.folder.join(name));
+        let found = places.iter().find(|place| place.is_file());
+        found.unwrap_or(&places[0]).clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn decoded(bytes: &[u8], ending: Option<&str>) -> Result<Texture, String> {
+        decode_texture(bytes, ending, ColorSpace::Linear, Wrap::Repeat)
+    }
+
+    /// A BMP of 24 bits, 2 x 1: red, green. Its rows are padded to four bytes.
+    fn bmp(width: u32) -> Vec<u8> {
+        let mut bytes = b"BM".to_vec();
+        bytes.extend([62_u32, 0, 54, 40, width, 1].map(u32::to_le_bytes).concat());
+        bytes.extend([1, 0, 24, 0]);
+        bytes.extend([0_u8; 24]);
+        bytes.extend([0, 0, 255, 0, 255, 0, 0, 0]);
+        bytes
+    }
+
+    #[test]
+    fn pictures_are_read_by_content_or_by_name() {
+        let texture = decoded(&bmp(2), None).expect("a picture");
+        let red_green = [[65_535, 0, 0, 65_535], [0, 65_535, 0, 65_535]];
+        assert_eq!(texture.levels[0].texels, red_green);
+        // Uncompressed true colour, 1 x 1, blue first.
+        let tga = [
+            0, 0, 2, 0, 0, 0, 0, 0, 0, 0, 0, 0, 1, 0, 1, 0, 24, 0, 255, 0, 0,
+        ];
+        assert!(decoded(&tga, None).is_err());
+        let texture = decoded(&tga, Some("tga")).expect("a picture");
+        assert_eq!(texture.levels[0].texels, [[0, 0, 65_535, 65_535]]);
+    }
+
+    #[test]
+    fn a_small_file_that_says_it_is_large_is_refused() {
+        let why = decoded(&bmp(16_000), None).expect_err("too large for its bytes");
+        assert!(
+            why.contains("16000 x 1") || why.contains("not a picture"),
+            "{why}"
+        );
+        for cut in 0..bmp(2).len() - 1 {
+            // Whatever comes of it, it comes back.
+            let _ = decoded(&bmp(2)[..cut], None);
+        }
+        assert!(decoded(&[], Some("png")).is_err());
+    }
+}
