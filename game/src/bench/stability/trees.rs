@@ -24,6 +24,8 @@ const RAYS: u64 = 800_000;
 const BATCH: u64 = 1 << 16;
 /// Most triangles of a mesh.
 const TRIANGLES: usize = 500;
+/// 1 + 8 ulp: by less, two t are of one place.
+const COINCIDING: f64 = 1.0 + 8.0 * f32::EPSILON as f64;
 /// Things in a crowd.
 const CROWD: usize = 12;
 
@@ -64,11 +66,11 @@ pub fn run(course: &mut Course) -> Result<(), Failure> {
         if batch % 8 == 0 {
             let scene = crowd_of(batch)?;
             let rays = rays_at(&scene, batch + 1_000_000, step);
-            let alone = nearest_alone(course, &scene, &rays)?;
+            let alone = each_alone(course, &scene, &rays)?;
             let found = answers(course, &scene, Kernels::default(), &rays)?;
-            crowd = crowd.with(compare(&found, &alone));
+            crowd = crowd.with(compare_crowd(&found, &alone));
             if batch == 0 {
-                bare_crowd = compare(&answers(course, &scene, BARE, &rays)?, &alone);
+                bare_crowd = compare_crowd(&answers(course, &scene, BARE, &rays)?, &alone);
             }
         }
         bar.set_position((batch + 1) * step);
@@ -226,24 +228,15 @@ fn answers(
     Ok(course.tracer.intersect(rays, Query::Closest)?)
 }
 
-/// The nearest hit of each instance without the others.
-fn nearest_alone(
+/// The hits of each instance without the others, instance by instance.
+fn each_alone(
     course: &mut Course,
     scene: &FrameScene,
     rays: &[Ray],
-) -> Result<Vec<Hit>, Failure> {
-    let mut best = vec![Hit::MISS; rays.len()];
-    for row in 0..scene.instances.len() {
-        let hits = answers(course, &alone(scene, row), Kernels::default(), rays)?;
-        for (best, hit) in best.iter_mut().zip(hits) {
-            if hit != Hit::MISS
-                && (hit.t, hit.instance, hit.prim) < (best.t, best.instance, best.prim)
-            {
-                *best = hit;
-            }
-        }
-    }
-    Ok(best)
+) -> Result<Vec<Vec<Hit>>, Failure> {
+    (0..scene.instances.len())
+        .map(|row| answers(course, &alone(scene, row), Kernels::default(), rays))
+        .collect()
 }
 
 /// One instance of a scene, in its row. It keeps the features of all: with its own alone, a device would be given
@@ -258,6 +251,28 @@ fn alone(scene: &FrameScene, row: usize) -> FrameScene {
         alone.instances.set(other as u32, vacant);
     }
     alone
+}
+
+/// A crowd's hit is that of its instance alone, bit for bit, and no instance is nearer. A device chooses by t as it
+/// finds it and answers with t refined, so that of surfaces that coincide (in a crowd on a grid, many) the one whose
+/// refined t is greater by a rounding may be met.
+fn compare_crowd(found: &[Hit], alone: &[Vec<Hit>]) -> Tally {
+    let mut tally = Tally::default();
+    for (ray, found) in found.iter().enumerate() {
+        let met = || {
+            alone
+                .iter()
+                .map(|hits| hits[ray])
+                .filter(|&hit| hit != Hit::MISS)
+        };
+        let nearest = met().map(|hit| hit.t).fold(f64::INFINITY, f64::min);
+        let is_own = match alone.get(found.instance as usize) {
+            Some(hits) => hits[ray] == *found && found.t <= nearest * COINCIDING,
+            None => *found == Hit::MISS && met().next().is_none(),
+        };
+        tally.take(Verdict::of(is_own));
+    }
+    tally
 }
 
 fn compare(found: &[Hit], expected: &[Hit]) -> Tally {
