@@ -51,6 +51,8 @@ Examples:
   orrery bench motion                            what it costs that things move, up to 100,000 of them
   orrery bench structures                        the 2008 report's bounding spheres beside boxes
   orrery bench stability --backend cpu           leaks, self-hits, lost boxes, far and tiny scenes, bad input
+  orrery bench spd --report spd                  the Standard Procedural Databases, rays as published
+  orrery bench bart --frames 100 --report bart   kitchen, robots and museum, played to their last frame
   orrery check my_scene.ron                      every problem of a scene or model file with its place
   orrery model.obj                               a model by itself, lit and framed
 
@@ -134,7 +136,7 @@ pub struct BenchRequest {
     /// Also write the rows as JSON.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Accuracy: also write the page, charts and tables, into this folder.
+    /// Accuracy: also write the page, charts and tables, into this folder. SPD, BART: pictures and a contact sheet.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Also write the work itself (meshes, instances, spheres, rays by kind, hits) into this folder.
@@ -150,7 +152,13 @@ pub struct BenchRequest {
     /// Stability: rays of each aim of the suites that count rays, such as 1e9.
     #[arg(long, value_name = "N", value_parser = count)]
     pub rays: Option<u64>,
-    /// Motion, structures, stability, accuracy: few things and triangles, for a look at the rows within seconds.
+    /// BART: only so many frames, spread over the run, at least 2; without it, all.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
+    pub frames: Option<u64>,
+    /// SPD, BART: the folder of their scene files; without it, `../shared/scenes/spd-nff` and `bart-aff` beside it.
+    #[arg(long, value_name = "DIR")]
+    pub files: Option<PathBuf>,
+    /// Motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
     #[arg(long)]
     pub small: bool,
 }

@@ -1,6 +1,7 @@
 //! Orrery's test harness: ground truth, picture metrics, and what the suite in `tests/suite` shares.
 
 pub mod metrics;
+pub mod mutate;
 pub mod panes;
 pub mod program;
 pub mod random_looks;

@@ -206,3 +206,27 @@ fn accuracy_has_its_points_its_proofs_and_its_page() {
     let device = report["device"].as_str().expect("a device");
     assert!(text.contains(device) && text.contains("| reference |"));
 }
+
+/// Scenes of others, which do not come along: without them the benchmarks say where they looked.
+#[test]
+fn scenes_of_others_are_skipped_by_name() {
+    for (bench, scenes) in [("spd", "balls_s4.nff"), ("bart", "kitchen")] {
+        let folder = folder(bench);
+        let nowhere = folder.display().to_string();
+        let small = [
+            "bench",
+            bench,
+            "--small",
+            "--backend",
+            "cpu",
+            "--files",
+            &nowhere,
+        ];
+        expect(&small, 1, &["skipped", "--files", scenes]);
+    }
+    expect(
+        &["bench", "frame", "--files", "x"],
+        2,
+        &["--files", "`bench spd`"],
+    );
+}

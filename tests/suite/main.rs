@@ -9,6 +9,7 @@ mod device_trees;
 mod gpu;
 mod ground_truth;
 mod house;
+mod importers;
 mod invariance;
 mod layout;
 mod leaving;

@@ -6,6 +6,7 @@
 mod gltf;
 mod model;
 mod mtl;
+mod nff;
 mod obj;
 mod picture;
 mod poses;
@@ -14,6 +15,7 @@ mod smooth;
 pub use gltf::{import_gltf, read_gltf};
 pub use model::{Content, Joints, Model, Node, Part, Solid, Warnings};
 pub use mtl::{material_of, with_pictures};
+pub use nff::{import_nff, import_nff_text};
 pub use obj::import_obj;
 pub use picture::{Pictures, decode_texture, import_texture};
 pub use poses::import_pose;
@@ -40,6 +42,11 @@ const FORMATS: &[Format] = &[
         endings: &["gltf", "glb"],
         name: "glTF",
         import: import_gltf,
+    },
+    Format {
+        endings: &["nff", "aff"],
+        name: "NFF and AFF",
+        import: import_nff,
     },
 ];
 

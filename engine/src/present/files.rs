@@ -11,11 +11,11 @@ use std::path::{Path, PathBuf};
 
 use exr::prelude::{Encoding, Image, SpecificChannels, WritableImage};
 use exr::prelude::{Layer, LayerAttributes};
-use glam::UVec2;
+use glam::{UVec2, Vec3};
 
 use super::Developed;
 use crate::trace::Picture;
-use crate::world::ToneMap;
+use crate::world::{ToneMap, linear_from_srgb};
 
 /// Why a picture did not become a file.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -61,6 +61,40 @@ pub fn write_developed(path: &Path, picture: &Developed) -> Result<(), FileError
         let mut encoder = encoder(file, picture.size, png::BitDepth::Eight);
         encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
         encode(encoder, picture.pixels.as_flattened())
+    })
+}
+
+/// Reads a PNG of sRGB values, 8 bit a channel, as linear light.
+///
+/// # Errors
+/// A sentence that names the path: it cannot be read, or is a PNG of another kind.
+pub fn read_png8(path: &Path) -> Result<Picture, String> {
+    let told = |why: String| format!("{}: cannot read the picture: {why}", path.display());
+    let file = File::open(path).map_err(|error| told(error.to_string()))?;
+    let mut decoder = png::Decoder::new(std::io::BufReader::new(file));
+    // Palettes and few bits become whole bytes.
+    decoder.set_transformations(png::Transformations::normalize_to_color8());
+    let mut reader = decoder
+        .read_info()
+        .map_err(|error| told(error.to_string()))?;
+    let bytes = reader.output_buffer_size();
+    let mut buffer = vec![0; bytes.ok_or_else(|| told("it is too large".into()))?];
+    let info = reader
+        .next_frame(&mut buffer)
+        .map_err(|error| told(error.to_string()))?;
+    let linear = |byte: u8| linear_from_srgb(f32::from(byte) / 255.0);
+    let pixel = |bytes: &[u8]| match *bytes {
+        [r, g, b, ..] => Vec3::new(linear(r), linear(g), linear(b)),
+        [grey, ..] => Vec3::splat(linear(grey)),
+        [] => Vec3::ZERO,
+    };
+    let samples = info.color_type.samples();
+    Ok(Picture {
+        size: UVec2::new(info.width, info.height),
+        pixels: buffer[..info.buffer_size()]
+            .chunks(samples)
+            .map(pixel)
+            .collect(),
     })
 }
 
@@ -203,8 +237,14 @@ mod tests {
         let path = folder.join("ramp.png");
         let picture = ramp();
         write_png8(&path, &picture, 1.0, ToneMap::Filmic).unwrap();
+        let read = read_png8(&path).unwrap();
+        assert_eq!(read.size, picture.size);
         let image = image::open(&path).unwrap().to_rgb8();
         for (i, pixel) in image.pixels().enumerate() {
+            let light = pixel
+                .0
+                .map(|byte| linear_from_srgb(f32::from(byte) / 255.0));
+            assert_eq!(read.pixels[i], Vec3::from(light), "pixel {i}");
             assert_eq!(
                 pixel.0,
                 display_rgb8(picture.pixels[i], 1.0, ToneMap::Filmic),

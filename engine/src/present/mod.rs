@@ -12,7 +12,7 @@ mod ui;
 mod wireframe;
 
 pub use develop::Developed;
-pub use files::{FileError, write_developed, write_exr, write_png8, write_png16_linear};
+pub use files::{FileError, read_png8, write_developed, write_exr, write_png8, write_png16_linear};
 pub use pass::{Look, PresentPass};
 pub use screen::Screen;
 pub use screenshot::Screenshot;

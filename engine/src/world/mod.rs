@@ -9,6 +9,7 @@ mod changes;
 mod clip;
 mod cycle;
 mod deform;
+mod display;
 mod hermite;
 mod identity;
 mod light;
@@ -34,6 +35,7 @@ pub use cycle::{Loop, turn};
 pub use deform::{
     DeformStep, Deformation, KeyFrames, Morph, Skin, SkinBinding, Twist, VertexSets, Wave,
 };
+pub use display::linear_from_srgb;
 pub use hermite::{Blend, hermite};
 pub use identity::{Background, SceneId, TraceDepth};
 pub use light::{DirectionalLight, Fade, PointLight, SpotLight};

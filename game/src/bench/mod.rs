@@ -4,6 +4,7 @@
 //! the work named, after a warm-up; errors against the f64 reference stand beside them.
 
 mod accuracy;
+mod bart;
 mod crowd;
 mod dump;
 mod frame;
@@ -11,6 +12,7 @@ mod hills;
 mod motion;
 mod rays;
 mod report;
+mod spd;
 mod stability;
 mod structures;
 mod timing;
@@ -35,7 +37,7 @@ struct Benchmark {
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 5] = [
+const ALL: [Benchmark; 7] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
@@ -63,6 +65,20 @@ const ALL: [Benchmark; 5] = [
         run: structures::run,
         must: |_| false,
         takes: &["--small"],
+    },
+    Benchmark {
+        name: "spd",
+        about: "the Standard Procedural Databases: rays by kind as published, pictures beside the author's, errors",
+        run: spd::run,
+        must: spd::must_be_met,
+        takes: &["--report", "--files", "--small"],
+    },
+    Benchmark {
+        name: "bart",
+        about: "kitchen, robots and museum of BART, played to their last frame: frame rate, memory, contact sheets",
+        run: bart::run,
+        must: |_| false,
+        takes: &["--report", "--files", "--frames", "--small"],
     },
     Benchmark {
         name: "stability",
@@ -127,6 +143,8 @@ fn refuse_what_it_does_not_take(
         ("--report", request.report.is_some()),
         ("--suite", !request.suite.is_empty()),
         ("--rays", request.rays.is_some()),
+        ("--frames", request.frames.is_some()),
+        ("--files", request.files.is_some()),
         ("--small", request.small),
     ];
     let refused = given
