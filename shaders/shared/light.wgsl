@@ -13,6 +13,9 @@
 #ifdef TINTED
 #import orrery::look::tint
 #endif
+#ifdef ABSORPTION
+#import orrery::media::{Media, cross_boundary, left_after}
+#endif
 
 // Below this cosine a light does not count (the model's own bound).
 const LEAST_COSINE: f32 = 1e-10;
@@ -24,7 +27,13 @@ struct Beam {
 }
 
 // Emission, and what every light adds, seen along `dir`.
-fn local_light(surface: Surface, dir: vec3f) -> vec3f {
+fn local_light(
+    surface: Surface,
+    dir: vec3f,
+#ifdef ABSORPTION
+    media: Media,
+#endif
+) -> vec3f {
     let material = materials[surface.material];
     let opaque = max(1.0 - material.filtered - material.transmit, 0.0);
 #ifdef TINTED
@@ -40,7 +49,12 @@ fn local_light(surface: Surface, dir: vec3f) -> vec3f {
         let light = lights[index];
         let beam = beam_to(light, surface.position);
         let cosine = dot(surface.n_shade, beam.dir);
-        if cosine < LEAST_COSINE || dot(surface.n_geom, beam.dir) < LEAST_COSINE {
+        var is_away = dot(surface.n_geom, beam.dir) < LEAST_COSINE;
+#ifdef CURVED
+        // A curved surface faces the light where its normal does, whatever its triangle does.
+        is_away = is_away && !surface.is_curved;
+#endif
+        if cosine < LEAST_COSINE || is_away {
             continue;
         }
         let strength = beam_strength(light, beam);
@@ -49,7 +63,11 @@ fn local_light(surface: Surface, dir: vec3f) -> vec3f {
         if all(strength == vec3f(0.0)) || all(answer == vec3f(0.0)) {
             continue;
         }
+#ifdef ABSORPTION
+        sum += shadow(surface, light, beam.dir, media) * strength * answer;
+#else
         sum += shadow(surface, light, beam.dir) * strength * answer;
+#endif
     }
     return sum;
 }
@@ -103,10 +121,24 @@ const ONE_CROSSING: f32 = 1.00000048;
 
 // How much of a light passes: the product over the transparent surfaces on the way in order of (t, id), so
 // that no rounding depends on a tree; nothing behind an opaque one. Each round's key exceeds the last one's,
-// so the rounds end with the surfaces.
-fn shadow(surface: Surface, light: LightRow, to_light: vec3f) -> vec3f {
+// so the rounds end with the surfaces. Media take their share of the lengths between surfaces; what light does at them is
+// left to the surfaces, which do not bend it here.
+fn shadow(
+    surface: Surface,
+    light: LightRow,
+    to_light: vec3f,
+#ifdef ABSORPTION
+    // Those of the side that the surface is lit from.
+    media: Media,
+#endif
+) -> vec3f {
     shadow_rays += 1u;
-    let origin = origin_towards(surface, to_light);
+    var origin = origin_towards(surface, to_light);
+#ifdef CURVED
+    if surface.is_curved {
+        origin = origin_towards(surface, surface.n_geom) + surface.lift;
+    }
+#endif
     let beam = beam_to(light, origin);
     var probe = Probe(
         origin, beam.dir, key_after(0.0), key_before(beam.distance), excluded_row(surface), surface.prim, true,
@@ -114,6 +146,10 @@ fn shadow(surface: Surface, light: LightRow, to_light: vec3f) -> vec3f {
 #ifdef TRANSMISSION
     probe.any = false;
     var passed = vec3f(1.0);
+#ifdef ABSORPTION
+    var inside = media;
+    var behind = 0.0;
+#endif
     loop {
         let found = trace(probe);
         if found.row == NONE {
@@ -125,6 +161,11 @@ fn shadow(surface: Surface, light: LightRow, to_light: vec3f) -> vec3f {
         }
         let is_same_edge = found.key.id == probe.after.id && found.key.t <= probe.after.t * ONE_CROSSING;
         if !is_same_edge {
+#ifdef ABSORPTION
+            passed *= left_after(inside, found.key.t - behind);
+            inside = cross_boundary(inside, found.row).media;
+            behind = found.key.t;
+#endif
 #ifdef TINTED
             let color = tint(found.row, found.triangle, found.uv, material);
 #else
@@ -134,6 +175,9 @@ fn shadow(surface: Surface, light: LightRow, to_light: vec3f) -> vec3f {
         }
         probe.after = found.key;
     }
+#ifdef ABSORPTION
+    passed *= left_after(inside, beam.distance - behind);
+#endif
     return passed;
 #else
     return select(vec3f(1.0), vec3f(0.0), trace(probe).row != NONE);

@@ -49,6 +49,22 @@ fn index_ratio(media: Media, row: u32, ior: f32) -> f32 {
     return ior_of(media.near.x) / ior;
 }
 
+#ifdef ABSORPTION
+// Beyond this, nothing is left of light.
+const FAINTEST: f32 = 87.0;
+// Lengths beyond this are as this one.
+const LONGEST: f32 = 1e18;
+
+// What is left of light after a length within the innermost medium (Beer and Lambert).
+fn left_after(media: Media, length: f32) -> vec3f {
+    if media.near.x == NONE {
+        return vec3f(1.0);
+    }
+    let absorption = materials[instances[media.near.x].material].absorption;
+    return exp(-min(absorption * clamp(length, 0.0, LONGEST), vec3f(FAINTEST)));
+}
+#endif
+
 fn cross_boundary(media: Media, row: u32) -> Crossed {
     if is_inside(media, row) {
         return Crossed(without(media, row), false);

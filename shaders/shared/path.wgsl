@@ -24,6 +24,9 @@
 #import orrery::counters::{media_overflows, refracted_rays, straight_overflows}
 #import orrery::media::{Media, cross_boundary, index_ratio, no_media}
 #endif
+#ifdef ABSORPTION
+#import orrery::media::left_after
+#endif
 
 // Two indices closer than this, relatively, are one: the ray goes straight on.
 const SAME_INDEX: f32 = 1e-6;
@@ -84,6 +87,15 @@ fn cone_spread() -> f32 {
 }
 #endif
 
+#ifdef SKY
+// The background along a unit direction.
+fn sky(dir: vec3f) -> vec3f {
+    let height = min(abs(dir.y), 1.0);
+    let end = select(view.ground, view.zenith, dir.y > 0.0);
+    return view.background * (1.0 - height) + end * height;
+}
+#endif
+
 // Linear RGB seen along a camera ray, less at most what the purse holds.
 fn radiance(camera_ray: Travel) -> vec3f {
     var sum = vec3f(0.0);
@@ -98,8 +110,15 @@ fn radiance(camera_ray: Travel) -> vec3f {
             ray.start_row, ray.start_prim, false,
         );
         let found = trace(probe);
+#ifdef ABSORPTION
+        ray.weight *= left_after(ray.media, found.key.t);
+#endif
         if found.row == NONE {
+#ifdef SKY
+            sum += ray.weight * sky(ray.dir);
+#else
             sum += ray.weight * view.background;
+#endif
         } else {
             var surface = resolve(found, ray.origin, ray.dir);
 #ifdef FOOTPRINTS
@@ -112,7 +131,11 @@ fn radiance(camera_ray: Travel) -> vec3f {
             surface = appear(found, surface, ray.dir, 0.0);
 #endif
 #endif
+#ifdef ABSORPTION
+            sum += ray.weight * local_light(surface, ray.dir, ray.media);
+#else
             sum += ray.weight * local_light(surface, ray.dir);
+#endif
 #ifdef SCATTERS
             let scattered = scatter(ray, surface);
             goes_on = scattered.follows;

@@ -5,7 +5,7 @@
 
 #import orrery::types::{InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_PLANE, KIND_SPHERE, KIND_TORUS, NONE}
 #import orrery::scene::{instances, materials, triangles, vertices}
-#import orrery::affine::{map_abs_linear, map_point, map_transposed, unit_or}
+#import orrery::affine::{map_abs_linear, map_point, map_transposed, map_vector, unit_or}
 #import orrery::traverse::Found
 #ifdef SPHERES
 #import orrery::sphere::{sphere_frame, sphere_height}
@@ -49,6 +49,11 @@ struct Surface {
 #ifdef FOOTPRINTS
     // Of the ray's cone here.
     width: f32,
+#endif
+#ifdef CURVED
+    // From here to the curved surface that triangles stand for, if they do.
+    lift: vec3f,
+    is_curved: bool,
 #endif
     // Instance row and primitive: what rays from here must not meet.
     row: u32,
@@ -140,10 +145,42 @@ fn resolve(found: Found, origin: vec3f, dir: vec3f) -> Surface {
 #ifdef TINTED
     surface.color = materials[surface.material].color;
 #endif
+#ifdef CURVED
+    surface.is_curved = kind == KIND_MESH && instances[found.row].parameter != 0.0 && instances[found.row].first_normal != NONE;
+    if surface.is_curved {
+        surface.lift = lift(found, n_geom);
+    }
+#endif
     surface.row = found.row;
     surface.prim = found.key.prim;
     return surface;
 }
+
+#ifdef CURVED
+// From a point of a triangle to the surface that its vertices' normals tell of: the point moved onto the plane of each
+// vertex that it is below, and the means of those.
+fn lift(found: Found, n_geom: vec3f) -> vec3f {
+    let a = triangles[found.triangle].a;
+    let b = triangles[found.triangle].b;
+    let c = triangles[found.triangle].c;
+    let u = found.uv.x;
+    let v = found.uv.y;
+    let w = 1.0 - u - v;
+    let at = a * w + b * u + c * v;
+    let outward = map_transposed(instances[found.row].local_from_world, cross(b - a, c - a));
+    let side = select(1.0, -1.0, dot(n_geom, outward) < 0.0);
+    let on = triangles[found.triangle].corners + instances[found.row].first_normal;
+    let above_a = lift_over(at - a, vertices[on.x].vector * side) * w;
+    let above_b = lift_over(at - b, vertices[on.y].vector * side) * u;
+    let above_c = lift_over(at - c, vertices[on.z].vector * side) * v;
+    return map_vector(instances[found.row].world_from_local, above_a + above_b + above_c);
+}
+
+// What brings a point below the plane of a unit normal onto it.
+fn lift_over(from_corner: vec3f, normal: vec3f) -> vec3f {
+    return normal * -min(dot(from_corner, normal), 0.0);
+}
+#endif
 
 // Where a ray along `dir` starts: off the surface by the error and the rounding of that very sum.
 fn origin_towards(surface: Surface, dir: vec3f) -> vec3f {

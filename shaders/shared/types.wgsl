@@ -70,6 +70,10 @@ struct ViewRow {
     bounds: array<vec4f, 16>,
     spare: vec3u,
     edge_contrast: f32,
+    zenith: vec3f,
+    spare_too: u32,
+    ground: vec3f,
+    spare_also: u32,
 }
 
 struct PassRow {
@@ -133,10 +137,11 @@ struct MaterialRow {
     filtered: f32,
     ior: f32,
     flags: u32,
+    absorption: vec3f,
+    alpha_cutoff: f32,
     color_map: u32,
     normal_map: u32,
-    alpha_cutoff: f32,
-    spare: u32,
+    spare: array<u32, 2>,
 }
 
 struct LightRow {

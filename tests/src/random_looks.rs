@@ -19,25 +19,37 @@ pub struct Looks {
     pub normals: bool,
     /// Holes by alpha.
     pub holes: bool,
+    /// Glass that takes light away, under a sky of three colours.
+    pub media: bool,
+    /// Smooth meshes that stand for curved surfaces.
+    pub curved: bool,
 }
 
 impl Looks {
     /// Each alone, and all.
-    pub const ALL: [Self; 5] = [
-        looks([true, false, false, false]),
-        looks([false, true, false, false]),
-        looks([false, false, true, false]),
-        looks([true, false, false, true]),
-        looks([true, true, true, true]),
+    pub const ALL: [Self; 7] = [
+        looks([true, false, false, false, false, false]),
+        looks([false, true, false, false, false, false]),
+        looks([false, false, true, false, false, false]),
+        looks([true, false, false, true, false, false]),
+        looks([false, false, false, false, true, false]),
+        looks([false, false, false, false, false, true]),
+        looks([true; 6]),
     ];
+    /// Holes, and pictures that have them.
+    pub const HOLES: Self = Self::ALL[3];
+    /// All together.
+    pub const EVERY: Self = Self::ALL[6];
 }
 
-const fn looks([textures, colors, normals, holes]: [bool; 4]) -> Looks {
+const fn looks([textures, colors, normals, holes, media, curved]: [bool; 6]) -> Looks {
     Looks {
         textures,
         colors,
         normals,
         holes,
+        media,
+        curved,
     }
 }
 
@@ -70,7 +82,14 @@ pub fn random_looks(seed: u64, looks: Looks) -> FrameScene {
         material.color_map = looks.textures.then_some(color_map);
         material.normal_map = looks.normals.then_some(TextureId(3));
         material.alpha_cutoff = looks.holes.then_some(0.4);
+        if looks.media {
+            material.absorption = random.cube().as_vec3().abs();
+        }
     });
+    if looks.media {
+        let mut color = |_| random.cube().as_vec3().abs();
+        scene.background = scene.background.map(&mut color);
+    }
     scene.features = Features::of(&scene);
     scene
 }
@@ -90,6 +109,8 @@ fn dressed(mesh: MeshData, looks: Looks, random: &mut Random) -> MeshData {
         .map(|_| color().extend(color().x))
         .collect();
     let colors = if looks.colors { colors } else { Vec::new() };
+    let mut mesh = mesh;
+    mesh.curved = looks.curved;
     mesh.with_looks(uvs, colors).expect("looks that fit")
 }
 

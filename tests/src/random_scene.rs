@@ -154,7 +154,7 @@ pub fn materials() -> Vec<Material> {
 pub fn random_scene(seed: u64, count: usize) -> FrameScene {
     let mut random = Random::new(seed);
     let mut scene = FrameScene {
-        background: Vec3::new(0.2, 0.3, 0.4),
+        background: Vec3::new(0.2, 0.3, 0.4).into(),
         max_generations: 6,
         materials: materials().into(),
         meshes: vec![icosphere(2).into(), smooth_icosphere(2).into()].into(),

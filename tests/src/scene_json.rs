@@ -95,7 +95,7 @@ impl SceneFile {
                 tone_map: ToneMap::Clip,
                 ..View::default()
             },
-            background: self.background.into(),
+            background: Vec3::from(self.background).into(),
             max_generations: self.max_trace_level,
             lights: self.lights.iter().map(LightFile::light).collect(),
             materials: vec![Material::default()].into(),

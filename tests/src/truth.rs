@@ -139,7 +139,7 @@ impl TruthSet {
         if scene.is_leak_test {
             return Ok(Outcome::Leaks(leaks(
                 &test,
-                scene.frame.background.as_dvec3(),
+                scene.frame.background.horizon.as_dvec3(),
             )));
         }
         let base = scene.invariant_with.as_deref().unwrap_or(name);

@@ -13,7 +13,7 @@ use orrery_tests::panes::panes;
 use orrery_tests::random_scene::{Random, icosphere, random_scene};
 use orrery_tests::tracers::picture;
 
-use crate::layout::all_features;
+use crate::shaders::all_features;
 
 /// One device for all tests.
 pub fn tracer() -> GpuTracer {

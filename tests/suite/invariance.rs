@@ -179,7 +179,7 @@ fn hold(backend: Backend, changes: &[Change]) {
             0,
             "{backend}: pixels that differ after {change:?}"
         );
-        let sky = scene.background;
+        let sky = scene.background.horizon;
         let shown = a.pixels.iter().filter(|p| **p != sky).count();
         assert!(
             shown > 2_000,

@@ -5,12 +5,13 @@ use std::mem::offset_of;
 
 use naga::{AddressSpace, Expression, Literal, Module, TypeInner};
 use orrery_engine::bvh;
-use orrery_engine::frame::Features;
 use orrery_engine::frame::wire::{self, *};
 use orrery_engine::trace::gpu::{
     Access, Kernel, SCENE_BINDINGS, STORAGE_BUFFERS, Specialisation, TYPES_SOURCE, shader_module,
     tree_bindings,
 };
+
+use crate::shaders::all_features;
 
 /// A struct: its size, and name, offset and size of each field.
 type Layout = (usize, Vec<(&'static str, usize, usize)>);
@@ -51,6 +52,10 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             bounds,
             spare,
             edge_contrast,
+            zenith,
+            spare_too,
+            ground,
+            spare_also,
         }),
         layout_of!(PassRow {
             first,
@@ -105,9 +110,10 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             filtered,
             ior,
             flags,
+            absorption,
+            alpha_cutoff,
             color_map,
             normal_map,
-            alpha_cutoff,
             spare,
         }),
         layout_of!(LightRow {
@@ -280,31 +286,6 @@ fn constants_have_the_same_values_in_rust_and_wgsl() {
         })
         .collect();
     assert_eq!(found, rust_constants(), "WGSL, then Rust");
-}
-
-/// Everything on, so that every binding is used.
-pub fn all_features() -> Features {
-    Features {
-        reflection: true,
-        transmission: true,
-        smooth_normals: true,
-        meshes: true,
-        sphere_trees: true,
-        spheres: true,
-        planes: true,
-        cuboids: true,
-        discs: true,
-        cones: true,
-        tori: true,
-        open_cones: true,
-        textures: true,
-        normal_maps: true,
-        vertex_colors: true,
-        cutouts: true,
-        spot_lights: true,
-        directional_lights: true,
-        fade: true,
-    }
 }
 
 /// Group, binding and name of what a kernel binds; names as in the file, without naga_oil's module.

@@ -42,7 +42,7 @@ fn self_hits(tracer: &mut dyn Tracer, random: &mut Random, shape: Shape, rounds:
             material.diffuse = 0.0;
             material.reflection = Reflection::Constant(Vec3::ONE);
         });
-        scene.background = Vec3::new(0.25, 0.5, 0.75);
+        scene.background = Vec3::new(0.25, 0.5, 0.75).into();
         scene.max_generations = 2;
         let forward = random.direction();
         let right = forward.any_orthonormal_vector();
@@ -60,7 +60,7 @@ fn self_hits(tracer: &mut dyn Tracer, random: &mut Random, shape: Shape, rounds:
         wrong += seen
             .pixels
             .iter()
-            .filter(|&&p| p != scene.background)
+            .filter(|&&p| p != scene.background.horizon)
             .count();
     }
     wrong
@@ -125,7 +125,7 @@ fn wrong_through_gap(gap: f64) -> usize {
         instance.material = row;
         row += 1;
     });
-    scene.background = Vec3::new(0.2, 0.3, 0.4);
+    scene.background = Vec3::new(0.2, 0.3, 0.4).into();
     scene.max_generations = 5;
     scene.lights.push(Light {
         color: Vec3::ONE,

@@ -14,6 +14,7 @@ mod invariance;
 mod layout;
 mod leaving;
 mod looks;
+mod looks_known;
 mod motion;
 mod moving;
 mod numerics;

@@ -3,10 +3,8 @@
 use orrery_engine::frame::{Features, Kernels};
 use orrery_engine::trace::gpu::{Kernel, Specialisation, shader_source};
 
-use crate::layout::all_features;
-
 /// Number of switches in [`Features`].
-const SWITCHES: u32 = 19;
+const SWITCHES: u32 = 22;
 
 /// The features whose bits are set.
 fn features(bits: u32) -> Features {
@@ -31,6 +29,37 @@ fn features(bits: u32) -> Features {
         normal_maps: bit(16),
         vertex_colors: bit(17),
         cutouts: bit(18),
+        absorption: bit(19),
+        curved: bit(20),
+        sky: bit(21),
+    }
+}
+
+/// Everything on, so that every binding is used.
+pub fn all_features() -> Features {
+    Features {
+        reflection: true,
+        transmission: true,
+        smooth_normals: true,
+        meshes: true,
+        sphere_trees: true,
+        spheres: true,
+        planes: true,
+        cuboids: true,
+        discs: true,
+        cones: true,
+        tori: true,
+        open_cones: true,
+        absorption: true,
+        curved: true,
+        sky: true,
+        textures: true,
+        normal_maps: true,
+        vertex_colors: true,
+        cutouts: true,
+        spot_lights: true,
+        directional_lights: true,
+        fade: true,
     }
 }
 

@@ -170,7 +170,11 @@ fn extract_view(
     mut last: Local<Option<(u64, f64)>>,
 ) {
     let usable = |x: f32| within(x, 0.0, 0.0, BRIGHTEST);
-    scene.background = Vec3::from(background.0.to_array().map(usable));
+    let background = background.map(|color| Vec3::from(color.to_array().map(usable)));
+    if scene.background != background {
+        scene.background = background;
+        scene.features.sky = !background.is_plain();
+    }
     scene.max_generations = settings.max_generations.unwrap_or(depth.0);
     let aspect = f64::from(settings.size.x) / f64::from(settings.size.y);
     let shown = cameras

@@ -1,5 +1,7 @@
 //! What a scene makes necessary. What is false here is not compiled, bound or traced.
 
+use glam::Vec3;
+
 use super::{FrameScene, LightKind, Shape};
 use crate::world::{Material, MeshData, Reflection, Structure, TextureId};
 
@@ -36,6 +38,12 @@ pub struct Features {
     pub directional_lights: bool,
     /// Some light fades with distance.
     pub fade: bool,
+    /// The background is not the same everywhere.
+    pub sky: bool,
+    /// Some mesh's triangles stand for a curved surface.
+    pub curved: bool,
+    /// Some material takes light away within.
+    pub absorption: bool,
     /// Some mesh shows a texture.
     pub textures: bool,
     /// Some mesh shows a texture of normals.
@@ -49,7 +57,10 @@ pub struct Features {
 impl Features {
     /// Reads the rows of a scene.
     pub fn of(scene: &FrameScene) -> Self {
-        let mut needs = Self::default();
+        let mut needs = Self {
+            sky: !scene.background.is_plain(),
+            ..Self::default()
+        };
         for instance in scene.instances.iter() {
             match instance.shape {
                 Shape::Vacant => continue,
@@ -58,7 +69,9 @@ impl Features {
                     let row = &scene.meshes[mesh as usize];
                     let material = &scene.materials[instance.material as usize];
                     needs.find_looks(scene, material, &row.data);
-                    needs.smooth_normals |= !row.data.normals.is_empty();
+                    let is_smooth = !row.data.normals.is_empty();
+                    needs.smooth_normals |= is_smooth;
+                    needs.curved |= is_smooth && row.data.curved;
                     needs.sphere_trees |= matches!(row.structure, Structure::Spheres { .. });
                 }
                 Shape::Sphere { .. } => needs.spheres = true,
@@ -73,7 +86,9 @@ impl Features {
             }
             let material = &scene.materials[instance.material as usize];
             needs.reflection |= material.reflection != Reflection::None;
-            needs.transmission |= material.transmission().max_element() > 0.0;
+            let transmits = material.transmission().max_element() > 0.0;
+            needs.transmission |= transmits;
+            needs.absorption |= transmits && material.absorption != Vec3::ZERO;
         }
         for light in scene.lights.iter() {
             needs.spot_lights |= matches!(light.kind, LightKind::Spot { .. });

@@ -9,15 +9,15 @@ use bevy_ecs::prelude::*;
 use glam::{DAffine3, DMat3, DQuat, DVec3, Vec3};
 
 use super::Features;
-use crate::world::{Cone, FARTHEST, Fade, Material, MeshRow, Table, Texture, ToneMap};
+use crate::world::{Background, Cone, FARTHEST, Fade, Material, MeshRow, Table, Texture, ToneMap};
 
 /// Everything a tracer needs to know of a frame.
 #[derive(Resource, Clone, Debug, Default)]
 pub struct FrameScene {
     /// The eye. Its origin is the render origin: f32 tracers subtract it in f64 before they round.
     pub view: View,
-    /// Linear RGB of a ray that hits nothing.
-    pub background: Vec3,
+    /// What a ray that hits nothing sees.
+    pub background: Background,
     /// Generations followed; the camera's ray is the first. A ray past the last is black.
     pub max_generations: u32,
     /// Lights that shine.

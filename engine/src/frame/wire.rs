@@ -101,7 +101,7 @@ pub struct ViewRow {
     pub up_step: [f32; 3],
     /// Samples of a pixel, 1 to [`SAMPLES_CAPACITY`].
     pub samples: u32,
-    /// Linear RGB of a miss.
+    /// Linear RGB of a miss; where the background is not plain, of a level one.
     pub background: [f32; 3],
     /// Generations followed, at most [`GENERATIONS_CAPACITY`].
     pub max_generations: u32,
@@ -125,6 +125,14 @@ pub struct ViewRow {
     pub spare: [u32; 3],
     /// Contrast with a neighbour above which a pixel takes all its samples; 0: every pixel does.
     pub edge_contrast: f32,
+    /// Linear RGB of a miss straight up.
+    pub zenith: [f32; 3],
+    /// Room for more.
+    pub spare_too: u32,
+    /// Linear RGB of a miss straight down.
+    pub ground: [f32; 3],
+    /// Room for more.
+    pub spare_also: u32,
 }
 
 /// The uniform of one dispatch: a part of the picture or of the rays.
@@ -163,7 +171,8 @@ pub struct InstanceRow {
     pub root: u32,
     /// Meshes: first row of its triangles. Leaf ranges of the tree count from here.
     pub first_triangle: u32,
-    /// Cones: half of what the radius gains from y = -1 to y = 1. Tori: the minor radius.
+    /// Cones: half of what the radius gains from y = -1 to y = 1. Tori: the minor radius. Meshes: 1 where the triangles stand
+    /// for a curved surface, else 0.
     pub parameter: f32,
     /// Meshes: row of `FrameScene::meshes`.
     pub mesh: u32,
@@ -276,14 +285,16 @@ pub struct MaterialRow {
     pub ior: f32,
     /// `MATERIAL_*`.
     pub flags: u32,
+    /// What a length within takes away: exp(-absorption * length) is left.
+    pub absorption: [f32; 3],
+    /// Least alpha of what is there; 0: everything is.
+    pub alpha_cutoff: f32,
     /// Where the colour map begins in the memory of texels; [`NONE`]: there is none.
     pub color_map: u32,
     /// Where the normal map begins; [`NONE`]: there is none.
     pub normal_map: u32,
-    /// Least alpha of what is there; 0: everything is.
-    pub alpha_cutoff: f32,
     /// Room for more.
-    pub spare: u32,
+    pub spare: [u32; 2],
 }
 
 /// A light in render space; see [`crate::frame::Light`].

@@ -248,7 +248,8 @@ fn mesh_of(source: &tobj::Model, warnings: &mut Warnings) -> Result<(MeshData, V
         ));
         normals.clear();
     }
-    let mesh = MeshData::new(source.name.clone(), weld.vertices, normals, triangles)?;
+    let mut mesh = MeshData::new(source.name.clone(), weld.vertices, normals, triangles)?;
+    mesh.curved = !mesh.normals.is_empty();
     let mesh = if weld.uvs.iter().all(|uv| uv.is_finite()) {
         mesh.with_looks(weld.uvs, Vec::new())?
     } else {

@@ -101,6 +101,7 @@ fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
         vertices,
         positions,
         normals,
+        curved: true,
         uvs,
         colors,
         triangles,

@@ -30,7 +30,7 @@ pub fn scene_of(path: &Path) -> Scene {
         ..Entity::default()
     };
     Scene {
-        background: BACKGROUND,
+        background: BACKGROUND.into(),
         entities: vec![entity],
         ..Scene::default()
     }
@@ -40,7 +40,7 @@ pub fn scene_of(path: &Path) -> Scene {
 pub fn complete(resolved: &mut Resolved) {
     let models = || resolved.models.values();
     if let Some(background) = models().find_map(|model| model.background) {
-        resolved.scene.background = background;
+        resolved.scene.background = background.into();
     }
     let clips = models().flat_map(played).collect();
     if let [entity, ..] = resolved.scene.entities.as_mut_slice() {

@@ -60,8 +60,7 @@ pub fn describe(world: &mut World) -> Scene {
         background: world
             .get_resource::<Background>()
             .copied()
-            .unwrap_or_default()
-            .0,
+            .unwrap_or_default(),
         max_generations: world
             .get_resource::<TraceDepth>()
             .copied()

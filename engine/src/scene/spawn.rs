@@ -95,7 +95,7 @@ pub fn spawn(world: &mut World, resolved: Resolved) {
         textures,
     } = resolved;
     let textures = store_textures(world, textures);
-    world.insert_resource(Background(scene.background));
+    world.insert_resource(scene.background);
     world.insert_resource(TraceDepth(scene.max_generations));
     let mut spawner = Spawner {
         models,

@@ -63,6 +63,12 @@ pub struct PackedScene {
     pub transparent: bool,
     /// Some mesh has a colour of its own, or a normal map.
     pub has_looks: bool,
+    /// The background is not the same everywhere.
+    pub has_sky: bool,
+    /// Some mesh's triangles stand for a curved surface.
+    pub has_curved: bool,
+    /// Some material takes light away within.
+    pub absorbs: bool,
     /// Some mesh has holes by alpha.
     pub has_cutouts: bool,
     /// Pictures that materials name.
@@ -222,12 +228,17 @@ impl PackedScene {
         self.features = scene.features;
         self.has_looks = scene.features.textures || scene.features.vertex_colors;
         self.has_cutouts = scene.features.cutouts;
+        self.absorbs = scene.features.absorption;
+        self.has_curved = scene.features.curved;
+        self.has_sky = scene.features.sky;
     }
 
     fn make_view(&self, scene: &FrameScene, settings: &TraceSettings) -> ViewRow {
         let has_tree = self.instances.node_room() > 0;
         ViewRow {
-            background: scene.background.to_array(),
+            background: scene.background.horizon.to_array(),
+            zenith: scene.background.zenith.to_array(),
+            ground: scene.background.ground.to_array(),
             max_generations: scene.max_generations.min(GENERATIONS_CAPACITY),
             first_plane: self.instances.first_plane(),
             light_count: self.lights.len() as u32,
@@ -250,7 +261,8 @@ impl PackedScene {
         let same = !shading
             && before.cutoff == cutoff
             && before.max_generations == view.max_generations
-            && before.background == view.background;
+            && [before.background, before.zenith, before.ground]
+                == [view.background, view.zenith, view.ground];
         if same {
             (view.cutoff, view.bounds) = (cutoff, before.bounds);
         } else if let Some(bounds) = radiance_bounds(scene) {

@@ -9,13 +9,47 @@ use glam::Vec3;
 #[reflect(Component, Clone, PartialEq)]
 pub struct SceneId(pub String);
 
-/// What a ray that hits nothing sees, linear RGB.
-#[derive(Resource, Reflect, Clone, Copy, Debug, PartialEq)]
-pub struct Background(pub Vec3);
+/// What a ray that hits nothing sees, linear RGB: the horizon's colour where it goes level, and the more of the zenith's or
+/// the ground's the steeper it goes up or down. Where all three are one, the background is plain.
+#[derive(Resource, Reflect, Clone, Copy, Debug, Default, PartialEq)]
+pub struct Background {
+    /// Straight up (+Y).
+    pub zenith: Vec3,
+    /// Level.
+    pub horizon: Vec3,
+    /// Straight down.
+    pub ground: Vec3,
+}
 
-impl Default for Background {
-    fn default() -> Self {
-        Self(Vec3::ZERO)
+impl From<Vec3> for Background {
+    fn from(color: Vec3) -> Self {
+        Self {
+            zenith: color,
+            horizon: color,
+            ground: color,
+        }
+    }
+}
+
+impl Background {
+    /// Whether it is the same everywhere.
+    pub fn is_plain(&self) -> bool {
+        self.zenith == self.horizon && self.ground == self.horizon
+    }
+
+    /// The same with each colour changed.
+    #[must_use]
+    pub fn map(self, mut change: impl FnMut(Vec3) -> Vec3) -> Self {
+        Self {
+            zenith: change(self.zenith),
+            horizon: change(self.horizon),
+            ground: change(self.ground),
+        }
+    }
+
+    /// The brightest of each channel.
+    pub fn brightest(&self) -> Vec3 {
+        self.zenith.max(self.horizon).max(self.ground)
     }
 }
 

@@ -35,6 +35,9 @@ pub struct Material {
     pub filter: f32,
     /// Index of refraction, > 0; 1 is air.
     pub ior: f64,
+    /// Share of light lost within it, by the length gone (Beer and Lambert): exp(-absorption * length) is left, a channel.
+    /// For closed shapes that let light through.
+    pub absorption: Vec3,
     /// Times the colour, where a mesh has texture coordinates.
     pub color_map: Option<TextureId>,
     /// Tilts the normal, where a mesh has texture coordinates: red to the right of the picture, green up it, blue
@@ -56,6 +59,7 @@ impl Default for Material {
             transmit: 0.0,
             filter: 0.0,
             ior: 1.0,
+            absorption: Vec3::ZERO,
             color_map: None,
             normal_map: None,
             alpha_cutoff: None,

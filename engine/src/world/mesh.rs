@@ -34,6 +34,9 @@ pub struct MeshData {
     pub positions: Vec<Vec3>,
     /// One unit normal a vertex for smooth shading; empty: flat.
     pub normals: Vec<Vec3>,
+    /// Its triangles stand for a curved surface that the normals tell of: shadows are cast from there, not from the flat
+    /// triangles, which would shade themselves where light comes grazing. Means nothing without normals.
+    pub curved: bool,
     /// Texture coordinates, one a vertex, finite; empty: none.
     pub uvs: Vec<Vec2>,
     /// Linear red, green and blue, and alpha, one a vertex, all from 0 to 1; empty: white.
@@ -95,6 +98,7 @@ impl MeshData {
             vertices,
             positions,
             normals,
+            curved: false,
             uvs: Vec::new(),
             colors: Vec::new(),
             triangles,

@@ -90,6 +90,7 @@ fn usable(material: &Material) -> Material {
         } else {
             plain.ior
         },
+        absorption: color(material.absorption, Vec3::ZERO),
         color_map: material.color_map,
         normal_map: material.normal_map,
         alpha_cutoff: material
@@ -154,6 +155,7 @@ mod tests {
                 filter: x,
                 ior: x.into(),
                 alpha_cutoff: Some(x),
+                absorption: Vec3::splat(x),
                 ..Material::default()
             });
             assert_eq!(usable(&material), material, "{x}");

@@ -287,4 +287,6 @@ static FIELDS: &[Field] = &[
         |c| Some(f64::from(c.filter)), |c, v| c.filter = v as f32, share),
     field!("material.ior": Number in [Material],
         |c| Some(c.ior), |c, v| c.ior = v, range::positive),
+    field!("material.absorption": Vec3 in [Material],
+        |c| Some(c.absorption.as_dvec3()), |c, v| c.absorption = v.as_vec3(), color),
 ];

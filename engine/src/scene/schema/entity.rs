@@ -1,9 +1,7 @@
 //! The file itself, and its entities.
 
-use glam::Vec3;
-
 use super::clip::{ClipFile, read_clips, write_clips};
-use super::primitive::{At, Color};
+use super::primitive::At;
 use super::timeline::write_all;
 use super::{Deform, Light, MaterialFile, Motion, Pose, Shape, Timeline, range};
 use crate::scene::reader::{Fields, Reader, Schema};
@@ -17,8 +15,8 @@ pub const VERSION: u32 = 1;
 /// A scene file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
-    /// Linear RGB of rays that hit nothing.
-    pub background: Vec3,
+    /// What rays see that hit nothing.
+    pub background: Background,
     /// Generations of rays followed.
     pub max_generations: u32,
     /// Id of the camera in use; none: the first visible one.
@@ -34,7 +32,7 @@ pub struct Scene {
 impl Default for Scene {
     fn default() -> Self {
         Self {
-            background: Background::default().0,
+            background: Background::default(),
             max_generations: TraceDepth::default().0,
             active_camera: None,
             materials: Vec::new(),
@@ -90,9 +88,10 @@ impl Schema for Scene {
         let fields = reader.record(node, &SCENE_FIELDS, "a scene")?;
         read_version(reader, &fields);
         let default = Self::default();
-        let background: Option<Color> = fields.read(reader, "background");
         Some(Self {
-            background: background.map_or(default.background, |color| color.0),
+            background: fields
+                .read(reader, "background")
+                .unwrap_or(default.background),
             max_generations: fields
                 .read_checked(reader, "max_generations", range::generations)
                 .unwrap_or(default.max_generations),
@@ -111,11 +110,7 @@ impl Schema for Scene {
         let default = Self::default();
         writer.record(None, |writer| {
             writer.field("version", &VERSION);
-            writer.field_unless_default(
-                "background",
-                &Color(self.background),
-                &Color(default.background),
-            );
+            writer.field_unless_default("background", &self.background, &default.background);
             writer.field_unless_default(
                 "max_generations",
                 &self.max_generations,

@@ -43,6 +43,7 @@ record!("a material", MaterialFile {
     "transmit" => material.transmit: f32, range::share;
     "filter" => material.filter: f32, range::share;
     "ior" => material.ior: f64, range::positive;
+    "absorption" => material.absorption: Color;
     "color_map" => color_map: Option<TextureFile>;
     "normal_map" => normal_map: Option<TextureFile>;
     "alpha_cutoff" => material.alpha_cutoff: Option<f32>, range::least_alpha;

@@ -4,6 +4,7 @@
 //! land in the world's own component types where they fit, so a default is said once.
 
 mod angle;
+mod background;
 mod camera;
 mod clip;
 mod deform;

@@ -64,6 +64,7 @@ pub(super) fn material(chance: &mut Chance) -> Material {
         transmit,
         filter: share(chance) * (1.0 - transmit),
         ior: size(chance),
+        absorption: color(chance),
         alpha_cutoff: chance.one_in(2).then(|| share(chance)),
         ..Material::default()
     }

@@ -113,6 +113,18 @@ fn timeline(chance: &mut Chance, ids: &[String]) -> s::Timeline {
     }
 }
 
+/// Plain or not.
+fn background(chance: &mut Chance) -> Background {
+    if chance.one_in(2) {
+        return color(chance).into();
+    }
+    Background {
+        zenith: color(chance),
+        horizon: color(chance),
+        ground: color(chance),
+    }
+}
+
 fn random_scene(chance: &mut Chance) -> Scene {
     let materials: Vec<_> = (0..1 + chance.below(4))
         .map(|i| (format!("m{i}").into(), material(chance).into()))
@@ -136,7 +148,7 @@ fn random_scene(chance: &mut Chance) -> Scene {
         pending.extend(&entity.children);
     }
     Scene {
-        background: color(chance),
+        background: background(chance),
         max_generations: 1 + chance.below(64) as u32,
         active_camera: ids
             .first()

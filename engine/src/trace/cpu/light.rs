@@ -6,6 +6,7 @@
 use glam::Vec3;
 
 use super::look::tint;
+use super::media::Media;
 use super::surface::Surface;
 use super::traverse::{Key, Probe, Stack, trace};
 use crate::frame::wire::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow, MATERIAL_TRANSMITS};
@@ -18,11 +19,11 @@ const LEAST_COSINE: f32 = 1e-10;
 /// the edge as theirs, and are crossed once.
 const ONE_CROSSING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
-/// Emission, and what every light adds, seen along `dir`.
+/// Emission, and what every light adds, seen along `dir` from within `media`.
 pub fn local_light(
     scene: &PackedScene,
     surface: &Surface,
-    dir: Vec3,
+    (dir, media): (Vec3, &Media),
     stack: &mut Stack,
     counters: &mut Counters,
 ) -> Vec3 {
@@ -39,7 +40,9 @@ pub fn local_light(
     for light in scene.lights.iter() {
         let beam = Beam::new(light, surface.position);
         let cosine = surface.n_shade.dot(beam.dir);
-        if cosine < LEAST_COSINE || surface.n_geom.dot(beam.dir) < LEAST_COSINE {
+        // A curved surface faces the light where its normal does, whatever its triangle does.
+        let is_away = surface.lift.is_none() && surface.n_geom.dot(beam.dir) < LEAST_COSINE;
+        if cosine < LEAST_COSINE || is_away {
             continue;
         }
         let strength = beam.strength(light);
@@ -49,7 +52,8 @@ pub fn local_light(
         let answer =
             color * (material.diffuse * opaque * cosine) + highlights(surface, dir, beam.dir);
         if answer != Vec3::ZERO {
-            let passed = shadow(scene, surface, light, beam.dir, stack, counters);
+            let towards = (light, beam.dir);
+            let passed = shadow(scene, (surface, media), towards, stack, counters);
             sum += passed * strength * answer;
         }
     }
@@ -115,17 +119,21 @@ fn highlights(surface: &Surface, dir: Vec3, to_light: Vec3) -> Vec3 {
 }
 
 /// How much of a light passes: the product over the transparent surfaces on the way in order of (t, id),
-/// so that no rounding depends on a tree; nothing behind an opaque one.
+/// so that no rounding depends on a tree; nothing behind an opaque one. Media take their share of the lengths between
+/// surfaces, from those on the side that the surface is lit from on; what light does at surfaces is left to them, which do
+/// not bend it here.
 fn shadow(
     scene: &PackedScene,
-    surface: &Surface,
-    light: &LightRow,
-    to_light: Vec3,
+    (surface, media): (&Surface, &Media),
+    (light, to_light): (&LightRow, Vec3),
     stack: &mut Stack,
     counters: &mut Counters,
 ) -> Vec3 {
     counters.shadow_rays += 1;
-    let (origin, start) = surface.leave_towards(to_light);
+    let (mut origin, start) = surface.leave_towards(to_light);
+    if let Some(lift) = surface.lift {
+        origin = surface.leave_towards(surface.n_geom).0 + lift;
+    }
     let beam = Beam::new(light, origin);
     let mut probe = Probe {
         origin,
@@ -139,6 +147,7 @@ fn shadow(
         return Vec3::splat(f32::from(u8::from(lit)));
     }
     let mut passed = Vec3::ONE;
+    let (mut inside, mut behind) = (*media, 0.0);
     while let Some(found) = trace::<false>(scene, &probe, stack) {
         let row = &scene.instances()[found.key.id as usize];
         let material = &scene.materials[row.material as usize];
@@ -148,9 +157,17 @@ fn shadow(
         let (last, here) = (probe.after, found.key);
         let is_same_edge = here.id == last.id && here.t <= last.t * ONE_CROSSING;
         if !is_same_edge {
+            if scene.absorbs {
+                passed *= inside.left_after(scene, here.t - behind);
+                inside.cross(here.id, material.ior);
+                behind = here.t;
+            }
             passed *= tint(scene, &found, material) * material.filtered + material.transmit;
         }
         probe.after = found.key;
+    }
+    if scene.absorbs {
+        passed *= inside.left_after(scene, beam.distance - behind);
     }
     passed
 }

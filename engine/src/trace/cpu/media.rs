@@ -2,9 +2,17 @@
 //!
 //! Twin of `shaders/shared/media.wgsl`.
 
+use glam::Vec3;
+
 use crate::frame::wire::MEDIA_CAPACITY;
+use crate::trace::PackedScene;
 
 const CAPACITY: usize = MEDIA_CAPACITY as usize;
+
+/// Beyond this, nothing is left of light.
+const FAINTEST: f32 = 87.0;
+/// Lengths beyond this are as this one.
+const LONGEST: f32 = 1e18;
 
 /// The media a ray is inside of, in order of entry. Fixed size; what does not fit is counted.
 #[derive(Clone, Copy, Debug, Default)]
@@ -49,6 +57,17 @@ impl Media {
                 leaving: true,
             },
         }
+    }
+
+    /// What is left of light after a length within the innermost medium (Beer and Lambert).
+    pub fn left_after(&self, scene: &PackedScene, length: f32) -> Vec3 {
+        let Some(&(id, _)) = self.entries[..self.len].last() else {
+            return Vec3::ONE;
+        };
+        let row = scene.instances()[id as usize].material;
+        let absorption = Vec3::from(scene.materials[row as usize].absorption);
+        let lost = (absorption * length.clamp(0.0, LONGEST)).min(Vec3::splat(FAINTEST));
+        (-lost).exp()
     }
 
     /// The list on the other side; false: a medium did not fit and was left out.

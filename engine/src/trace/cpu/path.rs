@@ -94,7 +94,7 @@ pub fn radiance(
     scratch.purse = purse;
     let spread = cone_spread(&scene.view);
     let mut next = Some(camera_ray);
-    while let Some(ray) = next.take().or_else(|| scratch.deferred.pop()) {
+    while let Some(mut ray) = next.take().or_else(|| scratch.deferred.pop()) {
         let probe = Probe {
             origin: ray.origin,
             dir: ray.dir,
@@ -102,8 +102,13 @@ pub fn radiance(
             before: Key::before(f32::MAX),
             start: ray.start,
         };
-        let Some(found) = trace::<false>(scene, &probe, &mut scratch.stack) else {
-            sum += ray.weight * Vec3::from(scene.view.background);
+        let found = trace::<false>(scene, &probe, &mut scratch.stack);
+        if scene.absorbs {
+            let length = found.map_or(f32::MAX, |found| found.key.t);
+            ray.weight *= ray.media.left_after(scene, length);
+        }
+        let Some(found) = found else {
+            sum += ray.weight * sky(scene, ray.dir);
             continue;
         };
         let mut surface = resolve(scene, &found, ray.origin, ray.dir);
@@ -113,7 +118,7 @@ pub fn radiance(
         let light = local_light(
             scene,
             &surface,
-            ray.dir,
+            (ray.dir, &ray.media),
             &mut scratch.stack,
             &mut scratch.counters,
         );
@@ -125,6 +130,21 @@ pub fn radiance(
         debug_assert!(scratch.deferred.len() <= scene.view.max_generations as usize);
     }
     sum
+}
+
+/// The background along a unit direction.
+fn sky(scene: &PackedScene, dir: Vec3) -> Vec3 {
+    let horizon = Vec3::from(scene.view.background);
+    if !scene.has_sky {
+        return horizon;
+    }
+    let height = dir.y.abs().min(1.0);
+    let end = if dir.y > 0.0 {
+        scene.view.zenith
+    } else {
+        scene.view.ground
+    };
+    horizon * (1.0 - height) + Vec3::from(end) * height
 }
 
 /// The rays that leave a surface: the one to follow now, the one to take up after its subtree.

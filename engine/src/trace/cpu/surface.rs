@@ -35,6 +35,8 @@ pub struct Surface<'a> {
     pub color: Vec3,
     /// Of the ray's cone here.
     pub width: f32,
+    /// From here to the curved surface that triangles stand for; none: they stand for themselves.
+    pub lift: Option<Vec3>,
     /// What it is a point of.
     pub start: Start,
     /// How rays from here are kept off it.
@@ -102,12 +104,37 @@ pub fn resolve<'a>(scene: &'a PackedScene, found: &Found, origin: Vec3, dir: Vec
         material,
         color: material.color.into(),
         width: 0.0,
+        lift: lift(scene, row, found, n_geom),
         start: Start {
             id: found.key.id,
             prim: found.key.prim,
         },
         offset: scene.kernels.offsets,
     }
+}
+
+/// From a point of a triangle to the surface that its vertices' normals tell of: the point moved onto the plane of each
+/// vertex that it is below, and the means of those (Hanika, "Hacking the Shadow Terminator", Ray Tracing Gems II, 2021, ch. 4).
+fn lift(scene: &PackedScene, row: &InstanceRow, found: &Found, n_geom: Vec3) -> Option<Vec3> {
+    if !scene.has_curved || row.kind != KIND_MESH || row.parameter == 0.0 {
+        return None;
+    }
+    let mesh = scene.mesh(row);
+    let triangle = &mesh.triangles[found.triangle as usize];
+    let normals = mesh.corner_normals(triangle)?;
+    let corners = mesh.corners(triangle);
+    let [a, b, c] = corners;
+    let [u, v] = found.uv;
+    let weights = [1.0 - u - v, u, v];
+    let at = a * weights[0] + b * u + c * v;
+    let outward = row.local_from_world.transposed_vector((b - a).cross(c - a));
+    let side = if n_geom.dot(outward) < 0.0 { -1.0 } else { 1.0 };
+    let mut local = Vec3::ZERO;
+    for ((corner, normal), weight) in corners.into_iter().zip(normals).zip(weights) {
+        let below = (at - corner).dot(normal * side).min(0.0);
+        local -= normal * (side * below * weight);
+    }
+    Some(row.world_from_local.vector(local))
 }
 
 /// The height of a point over a plane of unit `normal` in a row's local space, brought to render space. Only what

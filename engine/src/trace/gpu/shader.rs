@@ -123,7 +123,7 @@ macro_rules! shared {
 /// `shaders/shared`, each after what it imports.
 const SHARED: [(&str, &str); 29] = shared![
     "types", "scene", "affine", "slab", "triangle", "sphere", "cuboid", "disc", "cone", "torus",
-    "texture", "look", "traverse", "surface", "appear", "counters", "light", "media", "cutoff",
+    "texture", "look", "traverse", "surface", "appear", "counters", "media", "light", "cutoff",
     "path", "pixel", "picture", "boxes", "trig", "stage", "jobs", "fit", "build", "digits",
 ];
 
@@ -177,6 +177,9 @@ impl Specialisation {
             ("DISCS", f.discs),
             ("CONES", f.cones),
             ("OPEN_CONES", f.open_cones),
+            ("ABSORPTION", f.absorption && f.transmission),
+            ("SKY", f.sky),
+            ("CURVED", f.curved && f.smooth_normals),
             ("TEXTURES", f.textures),
             ("NORMAL_MAPS", f.textures && f.normal_maps),
             ("VERTEX_COLORS", f.vertex_colors),

@@ -36,7 +36,7 @@ const LARGEST: f64 = 1e12;
 /// useful bound, so nothing may be left out.
 pub(super) fn radiance_bounds(scene: &FrameScene) -> Option<[f32; GENERATIONS_CAPACITY as usize]> {
     let arriving: DVec3 = scene.lights.iter().map(brightest).sum();
-    let background = scene.background.as_dvec3().abs();
+    let background = scene.background.brightest().as_dvec3().abs();
     let mut plain = background;
     let mut scattering = Vec::new();
     for material in scene.materials.iter() {

@@ -227,6 +227,7 @@ fn mesh_row(world: &DAffine3, id: u32, mesh: &PackedMesh) -> Packed {
     row.first_triangle = mesh.place.triangles.start;
     row.first_normal = mesh.first_normal();
     row.link = mesh.first_look();
+    row.parameter = if mesh.source.data.curved { 1.0 } else { 0.0 };
     row.mesh = id;
     (row, placed, padded)
 }

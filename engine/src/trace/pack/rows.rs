@@ -66,8 +66,9 @@ pub(super) fn material_row(material: &Material, texels: &Texels) -> MaterialRow 
         flags,
         color_map: texels.first(material.color_map),
         normal_map: texels.first(material.normal_map),
+        absorption: material.absorption.to_array(),
         alpha_cutoff: material.alpha_cutoff.unwrap_or(0.0),
-        spare: 0,
+        spare: [0; 2],
     }
 }
 

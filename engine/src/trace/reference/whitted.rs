@@ -31,6 +31,8 @@ struct Surface {
     color: DVec3,
     /// Of the ray's cone here.
     width: f64,
+    /// From the point to the curved surface that triangles stand for; none: they stand for themselves.
+    lift: Option<DVec3>,
     start: (u32, u32),
 }
 
@@ -47,10 +49,13 @@ impl Whitted<'_> {
         let (mut ray, mut media) = (*ray, media.clone());
         let (mut sum, mut weight) = (DVec3::ZERO, DVec3::ONE);
         for _ in 0..=STRAIGHT_CAPACITY {
-            let Some(surface) = self.meet(&ray) else {
-                return sum + weight * self.scene.background.as_dvec3();
+            let met = self.meet(&ray);
+            let length = met.as_ref().map_or(f64::INFINITY, |met| met.1);
+            weight *= self.left_after(&media, length);
+            let Some((surface, _)) = met else {
+                return sum + weight * self.sky(ray.dir);
             };
-            sum += weight * self.local_light(&surface, ray.dir);
+            sum += weight * self.local_light(&surface, ray.dir, &media);
             let (eta, beyond) = cross(&media, surface.start.0, surface.material.ior);
             let shares = Shares::of(&surface, ray.dir, eta);
             let from_here = |dir| WorldRay {
@@ -79,7 +84,38 @@ impl Whitted<'_> {
         sum
     }
 
-    fn meet(&self, ray: &WorldRay) -> Option<Surface> {
+    /// The background along a direction.
+    fn sky(&self, dir: DVec3) -> DVec3 {
+        let background = &self.scene.background;
+        let height = dir.normalize().y;
+        let end = if height > 0.0 {
+            background.zenith
+        } else {
+            background.ground
+        };
+        let horizon = background.horizon.as_dvec3();
+        if background.is_plain() {
+            horizon
+        } else {
+            horizon.lerp(end.as_dvec3(), height.abs())
+        }
+    }
+
+    /// What is left of light after a length within the innermost medium.
+    fn left_after(&self, media: &Media, length: f64) -> DVec3 {
+        let Some(&(id, _)) = media.last() else {
+            return DVec3::ONE;
+        };
+        let material = self.scene.instances[id as usize].material;
+        let absorption = self.scene.materials[material as usize]
+            .absorption
+            .as_dvec3();
+        let left = |a: f64| if a > 0.0 { (-a * length).exp() } else { 1.0 };
+        DVec3::from(absorption.to_array().map(left))
+    }
+
+    /// The surface that a ray meets, and how far away.
+    fn meet(&self, ray: &WorldRay) -> Option<(Surface, f64)> {
         let before = (f64::INFINITY, 0, 0);
         let hit = self.world.nearest(ray, just_after(0.0), before)?;
         let point = self
@@ -100,11 +136,12 @@ impl Whitted<'_> {
             material,
             color: material.color.as_dvec3(),
             width: ray.width + self.spread() * hit.key.0,
+            lift: self.world.lift(&hit, face.dot(n_geom)),
             start: (hit.key.1, hit.key.2),
         };
         let is_outward = face.dot(n_geom) > 0.0;
         self.appear(&mut surface, &hit, ray.dir, is_outward);
-        Some(surface)
+        Some((surface, hit.key.0))
     }
 
     /// What a cone widens by, a length: rays of a pinhole's pixels part.
@@ -150,7 +187,7 @@ impl Whitted<'_> {
     }
 
     /// Emission and every light's diffuse, Phong and Blinn-Phong share.
-    fn local_light(&mut self, surface: &Surface, dir: DVec3) -> DVec3 {
+    fn local_light(&mut self, surface: &Surface, dir: DVec3, media: &Media) -> DVec3 {
         let m = &surface.material;
         let color = surface.color;
         let opaque = (1.0 - f64::from(m.filter) - f64::from(m.transmit)).max(0.0);
@@ -158,7 +195,8 @@ impl Whitted<'_> {
         for light in self.scene.lights.iter() {
             let (to_light, distance) = self.beam(light, surface.point);
             let cosine = surface.n_shade.dot(to_light);
-            if cosine < 1e-10 || surface.n_geom.dot(to_light) < 1e-10 {
+            let is_away = surface.lift.is_none() && surface.n_geom.dot(to_light) < 1e-10;
+            if cosine < 1e-10 || is_away {
                 continue;
             }
             let mut answer = color * (f64::from(m.diffuse) * opaque * cosine);
@@ -174,7 +212,7 @@ impl Whitted<'_> {
             }
             let strength = strength(light, to_light, distance);
             if answer * strength != DVec3::ZERO {
-                sum += answer * strength * self.shadow(surface, to_light, distance);
+                sum += answer * strength * self.shadow((surface, media), to_light, distance);
             }
         }
         sum
@@ -191,17 +229,23 @@ impl Whitted<'_> {
         }
     }
 
-    /// The product over all surfaces between a point and a light.
-    fn shadow(&mut self, surface: &Surface, to_light: DVec3, distance: f64) -> DVec3 {
+    /// The product over all surfaces between a point and a light, and over the media between them.
+    fn shadow(
+        &mut self,
+        (surface, media): (&Surface, &Media),
+        to_light: DVec3,
+        distance: f64,
+    ) -> DVec3 {
         self.counters.shadow_rays += 1;
         let ray = WorldRay {
-            origin: surface.point,
+            origin: surface.point + surface.lift.unwrap_or(DVec3::ZERO),
             dir: to_light,
             width: 0.0,
             start: Some(surface.start),
         };
         let before = (distance, 0, 0);
         let (mut passed, mut after) = (DVec3::ONE, just_after(0.0));
+        let mut inside = media.clone();
         while let Some(hit) = self.world.nearest(&ray, after, before) {
             let (.., material) = self.world.normals(&hit, DVec3::Y);
             let material = &self.scene.materials[material as usize];
@@ -209,9 +253,11 @@ impl Whitted<'_> {
                 return DVec3::ZERO;
             }
             passed *= passes(material, self.tint(&hit, material));
+            passed *= self.left_after(&inside, hit.key.0 - after.0);
+            inside = cross(&inside, hit.key.1, material.ior).1;
             after = hit.key;
         }
-        passed
+        passed * self.left_after(&inside, distance - after.0)
     }
 }
 

@@ -316,6 +316,31 @@ impl World {
         (world(local.0), world(local.1), placed.material)
     }
 
+    /// From a hit to the curved surface that a mesh's triangles stand for, if they do: the point moved onto the plane of each
+    /// vertex that it is below, and the means of those. `outward` is negative where the mesh is seen from within.
+    pub fn lift(&self, hit: &WorldHit, outward: f64) -> Option<DVec3> {
+        let (_, id, prim) = hit.key;
+        let index = self.placed.binary_search_by_key(&id, |p| p.id).ok()?;
+        let placed = &self.placed[index];
+        let Shape::Mesh(mesh) = placed.shape else {
+            return None;
+        };
+        let shown = &self.meshes[mesh as usize];
+        if !shown.source.curved || shown.normals.is_empty() {
+            return None;
+        }
+        let corners = shown.mesh.triangles[prim as usize].map(|i| i as usize);
+        let weights = [1.0 - hit.uv.x - hit.uv.y, hit.uv.x, hit.uv.y];
+        let vertex = |i: usize| shown.mesh.vertices[i];
+        let at: DVec3 = (0..3).map(|i| vertex(corners[i]) * weights[i]).sum();
+        let over = |i: usize| {
+            let normal = shown.normals[corners[i]] * outward.signum();
+            normal * (-(at - vertex(corners[i])).dot(normal)).max(0.0) * weights[i]
+        };
+        let local: DVec3 = (0..3).map(over).sum();
+        Some(placed.render_from_local.transform_vector3(local))
+    }
+
     /// The looks of a hit on a mesh that has some, and how its triangle lies on a texture.
     pub fn look(&self, hit: &WorldHit) -> Option<(Look, Chart)> {
         let (_, id, prim) = hit.key;

@@ -140,7 +140,7 @@ impl Builder {
         };
         Self(FrameScene {
             view,
-            background,
+            background: background.into(),
             max_generations: 6,
             lights: lights.iter().map(light).collect::<Vec<_>>().into(),
             materials: vec![Material::default()].into(),

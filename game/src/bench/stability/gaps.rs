@@ -115,7 +115,7 @@ fn plates(gap: f64, of_boxes: bool) -> Result<FrameScene, String> {
     let square = MeshData::new("plate", square, Vec::new(), vec![[0, 2, 1], [0, 3, 2]])?;
     scene.meshes = vec![square.into()].into();
     scene.max_generations = 4;
-    scene.background = Vec3::new(0.3, 0.5, 0.7);
+    scene.background = Vec3::new(0.3, 0.5, 0.7).into();
     scene.lights.push(Light {
         color: Vec3::ONE,
         fade: None,

@@ -190,7 +190,7 @@ fn corridor(course: &mut Course, scale: f64, kernels: Kernels) -> Result<Tally, 
         ..Material::default()
     };
     scene.materials = vec![mirror].into();
-    scene.background = Vec3::ONE;
+    scene.background = Vec3::ONE.into();
     scene.max_generations = 64;
     scene.view = View {
         forward: DVec3::X,
@@ -267,7 +267,7 @@ fn prism(index: f64, wide: f64) -> FrameScene {
         ..glass(index)
     }]
     .into();
-    scene.background = Vec3::ONE;
+    scene.background = Vec3::ONE.into();
     scene.max_generations = 3;
     let sine = (index * index - 1.0).sqrt();
     let cosine = (1.0 - sine * sine).sqrt();

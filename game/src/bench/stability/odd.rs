@@ -204,7 +204,7 @@ pub fn odd_sky(world: &mut World, draw: &mut Draw) {
     ));
     let mut sky = Vec3::splat(0.1);
     sky[draw.below(3)] = number(draw) as f32;
-    world.insert_resource(Background(sky));
+    world.insert_resource(Background::from(sky));
 }
 
 /// A sphere in front of a material with a bad number.

@@ -19,7 +19,7 @@ pub fn mixed(seed: u64) -> Result<FrameScene, Failure> {
     let mut draw = Draw::of(1000, seed);
     let mesh = Solid::icosphere(2).mesh().map_err(Failure::Input)?;
     let mut scene = FrameScene {
-        background: Vec3::new(0.2, 0.3, 0.4),
+        background: Vec3::new(0.2, 0.3, 0.4).into(),
         max_generations: 6,
         materials: materials().to_vec().into(),
         meshes: vec![mesh.into()].into(),

@@ -36,13 +36,13 @@ pub fn rows(
         stage::cast(&mut engine, tracer);
         let name = format!("{}.{word}", scene.name);
         let bar = progress(samples as u64, &name);
-        let still = engine.world.resource::<Background>().0;
+        let still = engine.world.resource::<Background>().horizon;
         let mut millis = Vec::with_capacity(samples);
         let mut last = None;
         // Counting down, so that the last frame has the scene's own background.
         for i in (0..WARM_UP + samples).rev() {
             let nudge = if i % 2 == 0 { 0.0 } else { NUDGE };
-            engine.world.resource_mut::<Background>().0 = still + Vec3::splat(nudge);
+            *engine.world.resource_mut::<Background>() = (still + Vec3::splat(nudge)).into();
             let start = Instant::now();
             last = Some(scene.picture(&mut engine)?);
             if i < samples {
