@@ -83,6 +83,8 @@ pub struct Summary {
     pub tracks: usize,
     /// Seconds until the timeline starts again, or its last key if it does not loop.
     pub timeline_secs: f64,
+    /// Animations of the mesh files, each use counted.
+    pub clips: usize,
 }
 
 impl fmt::Display for Summary {
@@ -91,7 +93,7 @@ impl fmt::Display for Summary {
             |n: usize, one: &str, many: &str| format!("{n} {}", if n == 1 { one } else { many });
         write!(
             f,
-            "{}, {}, {}, {}, {}, {} ({}), {} over {} s",
+            "{}, {}, {}, {}, {}, {} ({}), {} over {} s, {}",
             count(self.entities, "entity", "entities"),
             count(self.materials, "material", "materials"),
             count(self.lights, "light", "lights"),
@@ -101,6 +103,7 @@ impl fmt::Display for Summary {
             count(self.triangles, "triangle", "triangles"),
             count(self.tracks, "timeline track", "timeline tracks"),
             self.timeline_secs,
+            count(self.clips, "clip", "clips"),
         )
     }
 }

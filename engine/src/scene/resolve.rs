@@ -268,6 +268,7 @@ impl Resolver {
         if let Some(model) = self.models.get(&key) {
             self.summary.meshes += model.parts.len().min(1);
             self.summary.triangles += model.triangles();
+            self.summary.clips += model.clips.len();
             for content in model.contents() {
                 self.summary.lights += usize::from(content.is_light());
                 self.summary.cameras += usize::from(matches!(content, Content::Camera(_)));

@@ -151,11 +151,8 @@ fn describe(error: &gltf::Error) -> String {
 
 /// The bytes of a data URI, or of a file in the folder.
 fn read_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
-    if let Some(data) = uri.strip_prefix("data:") {
-        let (_, text) = data
-            .split_once(";base64,")
-            .ok_or("its data URI is not in base64")?;
-        return base64(text).ok_or_else(|| "its data URI holds what is not base64".into());
+    if let Some(bytes) = data_of(uri) {
+        return bytes;
     }
     let short: String = uri.chars().take(60).collect();
     if uri.contains(':') {
@@ -169,6 +166,16 @@ fn read_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
         return Err(format!("there is no file `{short}`"));
     }
     std::fs::read(path).map_err(|error| format!("`{short}` cannot be read: {error}"))
+}
+
+/// The bytes that a data URI holds; none: it is another kind of URI.
+pub fn data_of(uri: &str) -> Option<Result<Vec<u8>, String>> {
+    let (_, text) = match uri.strip_prefix("data:")?.split_once(";base64,") {
+        Some(parts) => parts,
+        None => return Some(Err("its data URI is not in base64".into())),
+    };
+    let wrong = || "its data URI holds what is not base64".to_owned();
+    Some(base64(text).ok_or_else(wrong))
 }
 
 /// RFC 4648, section 4; padding may be left out.
@@ -196,7 +203,7 @@ fn base64(text: &str) -> Option<Vec<u8>> {
 }
 
 /// RFC 3986, section 2.1.
-fn percent_decoded(uri: &str) -> String {
+pub fn percent_decoded(uri: &str) -> String {
     let mut bytes = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let Some((&first, after)) = rest.split_first() {

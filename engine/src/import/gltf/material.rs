@@ -14,15 +14,21 @@
 //! | KHR_materials_unlit | nothing but `emission` 1 |
 //!
 //! Glass refracts whether or not KHR_materials_volume gives it a thickness: rays find the far side themselves.
-//! Textures are not read yet; the factors alone count.
+//! Of textures, that of the base colour becomes `color_map` and that of normals `normal_map` (its `scale` is taken as 1);
+//! of that of metal and roughness only the mean counts, times the factors. `alphaMode` MASK cuts out at its
+//! `alphaCutoff`, BLEND, where the colour has a picture, at a half. A picture of what is given off is left out, and with
+//! it the light, unless it is the picture of the base colour.
 
 use glam::{Vec3, Vec4};
+use std::path::Path;
+
 use gltf::material::AlphaMode;
 
 use super::file::File;
 use super::looks::Coordinates;
-use crate::import::Model;
-use crate::world::{Lobe, Material, Reflection};
+use super::picture::Maps;
+use crate::import::{Model, Warnings};
+use crate::world::{ColorSpace, Lobe, Material, Reflection};
 
 /// Index of refraction of what does not say its own.
 const IOR: f32 = 1.5;
@@ -37,9 +43,9 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// Puts the file's materials into the model, in order, and the default one after them.
-    pub fn read(file: &File, model: &mut Model) -> Self {
-        let mut textured = 0;
+    /// Puts the file's materials into the model, in order, and their pictures, which are looked for from this folder.
+    pub fn read(file: &File, folder: &Path, model: &mut Model) -> Self {
+        let mut maps = Maps::new(file, folder);
         let mut coordinates = Vec::new();
         for material in file.document.materials() {
             let number = material.index().unwrap_or_default();
@@ -53,16 +59,11 @@ impl Materials {
                 true => format!("{name} ({number})"),
                 false => name,
             };
-            textured += usize::from(has_texture(&material));
-            model.materials.push((name, material_of(&material)));
-            let texture = material.pbr_metallic_roughness().base_color_texture();
-            coordinates.push(texture.map(|texture| Coordinates::of(&texture)));
+            let (mapped, wanted) = material_of(&material, &mut maps, &mut model.warnings);
+            model.materials.push((name, mapped));
+            coordinates.push(wanted);
         }
-        if textured > 0 {
-            model
-                .warnings
-                .push(format!("the textures of {textured} materials are not read"));
-        }
+        model.textures = maps.into_textures();
         Self {
             default: model.materials.len(),
             coordinates,
@@ -81,7 +82,8 @@ impl Materials {
             None => {
                 if model.materials.len() == self.default {
                     let name = "default material".to_owned();
-                    model.materials.push((name, material_of(material)));
+                    let plain = by_factors(material, 1.0, 1.0);
+                    model.materials.push((name, plain));
                 }
                 self.default
             }
@@ -89,20 +91,52 @@ impl Materials {
     }
 }
 
-fn has_texture(material: &gltf::Material) -> bool {
+/// The material, and the texture coordinates it takes. Every number comes out finite and in range.
+fn material_of(
+    material: &gltf::Material,
+    maps: &mut Maps,
+    warnings: &mut Warnings,
+) -> (Material, Option<Coordinates>) {
     let metal_rough = material.pbr_metallic_roughness();
-    metal_rough.base_color_texture().is_some()
-        || metal_rough.metallic_roughness_texture().is_some()
-        || material.normal_texture().is_some()
-        || material.emissive_texture().is_some()
+    let mean = metal_rough.metallic_roughness_texture();
+    let [_, rough, metal, _] = mean
+        .and_then(|texture| maps.mean(&texture.texture(), warnings))
+        .unwrap_or([1.0; 4]);
+    let mut result = by_factors(material, rough, metal);
+    let mut wanted = None;
+    if let Some(texture) = metal_rough.base_color_texture() {
+        result.color_map = maps.texture(&texture.texture(), ColorSpace::Srgb, warnings);
+        wanted = Some(Coordinates::of(&texture));
+    }
+    if let Some(texture) = material.normal_texture() {
+        let plain = Coordinates::of_set(texture.tex_coord());
+        if *wanted.get_or_insert(plain) == plain {
+            result.normal_map = maps.texture(&texture.texture(), ColorSpace::Linear, warnings);
+        } else {
+            let name = material.name().unwrap_or_default();
+            warnings.push(format!(
+                "the normal map of `{name}` is left out: it lies otherwise than the colours"
+            ));
+        }
+    }
+    let opaque = share(metal_rough.base_color_factor()[3]);
+    result.alpha_cutoff = match material.alpha_mode() {
+        AlphaMode::Opaque => None,
+        AlphaMode::Mask => {
+            let cutoff = material.alpha_cutoff().unwrap_or(0.5);
+            Some(share(cutoff / opaque.max(1e-6)))
+        }
+        AlphaMode::Blend => result.color_map.map(|_| 0.5),
+    };
+    (result, wanted)
 }
 
-/// The material, by its factors. Every number comes out finite and in range.
-pub fn material_of(material: &gltf::Material) -> Material {
+/// The material by its factors; those of roughness and metal are multiplied by these.
+fn by_factors(material: &gltf::Material, rougher: f32, more_metal: f32) -> Material {
     let metal_rough = material.pbr_metallic_roughness();
     let base = Vec4::from(metal_rough.base_color_factor().map(share));
-    let metal = share(metal_rough.metallic_factor());
-    let rough = share(metal_rough.roughness_factor());
+    let metal = share(metal_rough.metallic_factor()) * more_metal;
+    let rough = share(metal_rough.roughness_factor()) * rougher;
     let passed = material
         .transmission()
         .map_or(0.0, |glass| share(glass.transmission_factor()));
@@ -163,6 +197,14 @@ fn highlight(rough: f32, ior: f32, metal: f32) -> Option<Lobe> {
 
 /// Adds what the material gives off.
 fn glow(result: &mut Material, material: &gltf::Material) {
+    let of_colour = material.pbr_metallic_roughness().base_color_texture();
+    let of_colour = of_colour.map(|texture| texture.texture().index());
+    let of_light = material
+        .emissive_texture()
+        .map(|texture| texture.texture().index());
+    if of_light.is_some() && of_light != of_colour {
+        return;
+    }
     let factor = Vec3::from(material.emissive_factor().map(share));
     let strength = material.emissive_strength().unwrap_or(1.0);
     let strength = if strength.is_finite() {

@@ -4,7 +4,7 @@
 //! before the bytes behind it were seen. The scene is the file's default one, else the first, else all nodes without
 //! a parent. Units, axes (+Y up) and the directions of cameras and lights are those of this engine.
 //!
-//! What cannot be shown is left out with a warning: points and lines, textures, a light's `range`. Draco and other
+//! What cannot be shown is left out with a warning: points and lines, pictures that are missing. Draco and other
 //! compressed buffers are refused when the file requires them.
 
 mod accessor;
@@ -14,6 +14,7 @@ mod light;
 mod looks;
 mod material;
 mod node;
+mod picture;
 mod primitive;
 mod skin;
 #[cfg(test)]
@@ -43,7 +44,7 @@ pub fn import_gltf(path: &Path) -> Result<Model, String> {
 pub fn read_gltf(bytes: &[u8], folder: &Path) -> Result<Model, String> {
     let file = File::open(bytes, folder)?;
     let mut model = Model::default();
-    let materials = Materials::read(&file, &mut model);
+    let materials = Materials::read(&file, folder, &mut model);
     let rows = node::read_nodes(&file, &mut model);
     skin::read_skins(&file, &rows, &mut model)?;
     let mut parts = Parts::new(&file, &materials);

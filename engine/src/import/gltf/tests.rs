@@ -2,6 +2,8 @@
 
 use std::path::Path;
 
+mod broken;
+
 use glam::{DQuat, DVec3, Vec3};
 
 use super::*;
