@@ -39,7 +39,7 @@ const MAY_IMPORT: [(&str, &[&str]); 13] = [
 /// What a module needs to add its systems to the frame; `time` is one of them itself.
 const LOOP: [&str; 4] = ["app", "schedule", "time", "Engine"];
 /// Crates and the only folders or files of the engine that may name them.
-const ONLY_IN: [(&str, &[&str]); 13] = [
+const ONLY_IN: [(&str, &[&str]); 14] = [
     ("wgpu", &["trace/gpu", "present"]),
     ("winit", &["window", "input"]),
     ("egui", &["editor", "present", "window"]),
@@ -49,6 +49,7 @@ const ONLY_IN: [(&str, &[&str]); 13] = [
     ("naga_oil", &["trace/gpu"]),
     ("obvhs", &["bvh"]),
     ("tobj", &["import"]),
+    ("gltf", &["import"]),
     ("image", &["import"]),
     ("exr", &["present"]),
     ("png", &["present"]),

@@ -3,7 +3,7 @@
 //! Importers fill it, the scene loader spawns it: a node becomes an entity, its contents become components. Rows
 //! name rows by their number; every number is in range and every coordinate finite when an importer hands it over.
 
-use std::collections::HashSet;
+use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DAffine3, Vec3};
@@ -141,16 +141,17 @@ impl Model {
 
     /// Gives every clip a name of its own, and drops tracks that cannot be played.
     pub(super) fn settle_clips(&mut self) {
+        // What a clip is called in the file to how many are called so.
+        let mut copies: HashMap<String, usize> = HashMap::new();
         let mut names = HashSet::new();
         for (number, clip) in (1..).zip(&mut self.clips) {
             if clip.name.is_empty() {
                 clip.name = format!("clip {number}");
             }
             let name = clip.name.clone();
-            for copy in 2.. {
-                if names.insert(clip.name.clone()) {
-                    break;
-                }
+            let copy = copies.entry(name.clone()).or_insert(1);
+            while !names.insert(clip.name.clone()) {
+                *copy += 1;
                 clip.name = format!("{name} {copy}");
             }
             clip.tracks.retain(|track| {

@@ -20,6 +20,7 @@
 //! it the light, unless it is the picture of the base colour.
 
 use glam::{Vec3, Vec4};
+use std::collections::HashSet;
 use std::path::Path;
 
 use gltf::material::AlphaMode;
@@ -47,6 +48,7 @@ impl Materials {
     pub fn read(file: &File, folder: &Path, model: &mut Model) -> Self {
         let mut maps = Maps::new(file, folder);
         let mut coordinates = Vec::new();
+        let mut names = HashSet::new();
         for material in file.document.materials() {
             let number = material.index().unwrap_or_default();
             let name = match material.name() {
@@ -54,10 +56,9 @@ impl Materials {
                 _ => format!("material {number}"),
             };
             // Two of one name would be one to the loader.
-            let taken = |name: &String| model.materials.iter().any(|(other, _)| other == name);
-            let name = match taken(&name) {
-                true => format!("{name} ({number})"),
-                false => name,
+            let name = match names.insert(name.clone()) {
+                true => name,
+                false => format!("{name} ({number})"),
             };
             let (mapped, wanted) = material_of(&material, &mut maps, &mut model.warnings);
             model.materials.push((name, mapped));

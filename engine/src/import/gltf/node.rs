@@ -56,7 +56,7 @@ pub fn read_nodes(file: &File, model: &mut Model) -> Rows {
             Default::default()
         });
         let row = model.add_node(Node {
-            name: node.name().unwrap_or_default().to_owned(),
+            name: name_of(&node),
             parent,
             pose,
             shear,
@@ -71,6 +71,16 @@ pub fn read_nodes(file: &File, model: &mut Model) -> Rows {
         open.append(&mut children);
     }
     rows
+}
+
+/// What people read: the node's name, else its mesh's, else its number.
+fn name_of(node: &gltf::Node) -> String {
+    let mesh = node.mesh();
+    let given = node.name().or(mesh.as_ref().and_then(gltf::Mesh::name));
+    match given.filter(|name| !name.is_empty()) {
+        Some(name) => name.to_owned(),
+        None => format!("node {}", node.index()),
+    }
 }
 
 /// Puts meshes, cameras and lights at the nodes.

@@ -14,6 +14,9 @@ use super::skin::binding_of;
 use crate::import::{Content, Model, Part};
 use crate::world::{MeshData, Morph, VertexSets};
 
+/// What a mesh at a node, or a joint that it has there, takes off the numbers a file may ask for.
+const AN_ENTITY: usize = 16;
+
 /// Reads each mesh once, however many nodes show it.
 pub struct Parts<'a> {
     file: &'a File,
@@ -48,9 +51,13 @@ impl<'a> Parts<'a> {
             self.read.insert(key.clone(), parts);
         }
         let skin = node.skin().map(|skin| skin.index());
-        let contents = self.read[&key].iter().map(|&(part, material)| {
+        let joints = skin.map_or(0, |skin| model.skins[skin].nodes.len());
+        let parts = &self.read[&key];
+        // Each becomes an entity, with joints of its own.
+        self.file
+            .spend(parts.len().saturating_mul(AN_ENTITY + AN_ENTITY * joints))?;
+        let contents = parts.iter().map(|&(part, material)| {
             let binding = model.parts[part].binding.as_ref();
-            let joints = skin.map_or(0, |skin| model.skins[skin].nodes.len());
             let held = binding.is_some_and(|b| (b.highest_joint() as usize) < joints);
             if skin.is_some() && !held {
                 let place = format!("nodes[{}]", node.index());

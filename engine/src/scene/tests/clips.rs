@@ -1,8 +1,11 @@
 //! Clips of a scene file: what is read and written, what is refused.
 
+use glam::DQuat;
+
 use super::*;
 use crate::scene::schema::ClipFile;
-use crate::world::{ClipLayer, Loop};
+use crate::time::Clock;
+use crate::world::{ClipLayer, Loop, Transform};
 
 fn clips_of(clip: &str) -> Vec<ClipFile> {
     let text = format!("(version: 1, entities: [(mesh: \"a.obj\", clip: {clip})])");
@@ -72,6 +75,82 @@ fn clips_that_make_no_sense_say_why() {
     );
     assert!(
         found.contains("`m` has no clip, so no field `clip.1.weight`"),
+        "{found}"
+    );
+}
+
+/// A model with the clip `bend`, as scenes in the folder of the assets name it.
+const RIBBON: &str = "../../tests/corpus/gltf/skin.glb";
+
+fn played(entity: &str, timeline: &str) -> Engine {
+    let text = format!(
+        "(version: 1, entities: [(id: \"m\", mesh: \"{RIBBON}\", {entity})], timeline: ({timeline}))"
+    );
+    let mut engine = Engine::new();
+    load_text(&mut engine.world, &text, &assets().join("f.ron"))
+        .unwrap_or_else(|problems| panic!("{problems}"));
+    engine
+}
+
+/// Where a node of the model is at a frame.
+fn node(engine: &mut Engine, name: &str, frame: u64) -> Transform {
+    engine.world.insert_resource(Clock::Frame(frame));
+    engine.frame();
+    let mut query = engine.world.query::<(&Name, &Transform)>();
+    let mut found = query.iter(&engine.world);
+    *found.find(|(n, _)| n.as_str() == name).expect("a node").1
+}
+
+#[test]
+fn an_entity_plays_the_clip_it_names_and_saves_it() {
+    let mut rests = played("visible: true", "");
+    let at_rest = node(&mut rests, "knee", 15);
+    assert_eq!(at_rest, node(&mut rests, "knee", 30));
+    let mut plays = played("clip: \"bend\"", "");
+    let bent = node(&mut plays, "knee", 15);
+    assert_eq!(bent.translation, at_rest.translation);
+    let turn = DQuat::from_rotation_z(1.2);
+    assert!(bent.rotation.dot(turn).abs() > 1.0 - 1e-6, "{bent:?}");
+    // 45 frames long, over and over; then held at its half second.
+    assert_eq!(node(&mut plays, "knee", 60), bent);
+    let mut held = played("clip: (name: \"bend\", start: 0.5, paused: true)", "");
+    assert_eq!(node(&mut held, "knee", 7), bent);
+    for engine in [&mut rests, &mut plays, &mut held] {
+        let saved = save(&mut engine.world);
+        load_text(&mut engine.world, &saved, &assets().join("f.ron")).unwrap();
+        assert_eq!(save(&mut engine.world), saved);
+    }
+    assert!(save(&mut plays.world).contains("clip: \"bend\""));
+}
+
+#[test]
+fn the_timeline_scrubs_and_fades_clips() {
+    let mut plays = played("clip: \"bend\"", "");
+    let bent = node(&mut plays, "hip", 15);
+    let track = |field: &str, keys: &str| {
+        format!("tracks: [(target: \"m\", field: \"{field}\", keys: [{keys}])]")
+    };
+    let scrub = track("clip.start", "(0, 1), (1, 0)");
+    let mut scrubbed = played("clip: (name: \"bend\", speed: 0)", &scrub);
+    assert_eq!(node(&mut scrubbed, "hip", 15), bent);
+    let fade = track("clip.1.weight", "(0, 0), (1, 1)");
+    let still = "clip: [(name: \"bend\", weight: 0), (name: \"bend\", start: 0.5, paused: true, weight: 0)]";
+    let mut faded = played(still, &fade);
+    let rest = node(&mut faded, "hip", 0);
+    let half = node(&mut faded, "hip", 15);
+    let expected = rest.translation.lerp(bent.translation, 0.5);
+    assert!(half.translation.abs_diff_eq(expected, 1e-12), "{half:?}");
+    assert_eq!(node(&mut faded, "hip", 30).translation, bent.translation);
+}
+
+#[test]
+fn a_name_that_the_model_has_not_is_refused() {
+    let text = format!("(version: 1, entities: [(mesh: \"{RIBBON}\", clip: \"bent\")])");
+    let found = check_text(&text, &assets().join("f.ron"))
+        .problems
+        .to_string();
+    assert!(
+        found.contains("unknown clip `bent`; expected one of `bend`; did you mean `bend`?"),
         "{found}"
     );
 }
