@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use orrery_engine::import::{Model, import, import_nff_text};
+use orrery_engine::import::{Model, import, import_nff_text, read_gltf};
 use orrery_tests::mutate::Mutator;
 
 /// Broken files tried of each file of a corpus.
@@ -15,15 +15,18 @@ const MOST_BYTES: usize = 64 << 20;
 type Reader = fn(&[u8], &Path) -> Result<Model, String>;
 
 /// Formats by the folder of their corpus. The inner functions, so that a panic is a panic.
-const READERS: [(&str, Reader); 1] = [("nff", |bytes, folder| {
-    import_nff_text(&String::from_utf8_lossy(bytes), &|name| {
-        std::fs::read_to_string(folder.join(name)).map_err(|error| error.to_string())
-    })
-})];
+const READERS: &[(&str, Reader)] = &[
+    ("gltf", read_gltf),
+    ("nff", |bytes, folder| {
+        import_nff_text(&String::from_utf8_lossy(bytes), &|name| {
+            std::fs::read_to_string(folder.join(name)).map_err(|error| error.to_string())
+        })
+    }),
+];
 
 #[test]
 fn broken_files_are_read_or_refused() {
-    for (format, read) in READERS {
+    for &(format, read) in READERS {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR"))
             .join("corpus")
             .join(format);
@@ -140,5 +143,33 @@ fn the_scenes_of_bart_are_all_there() {
             targets.dedup();
             assert!(targets.len() >= moving, "{name}: {} moved", targets.len());
         }
+    }
+}
+
+/// Clips of the files, by the ends of their names.
+#[test]
+fn every_gltf_is_read_with_its_clips() {
+    let files = ["gltf-cc0", "gltf-ccby"].map(of_others).concat();
+    for (path, name) in with_ending(files.clone(), ".gltf").chain(with_ending(files, ".glb")) {
+        let model = match import(&path) {
+            Ok(model) => model,
+            Err(why) => {
+                // The JSON of a binary file without its bytes.
+                assert_eq!(name, "InterpolationTestGlb.gltf", "{why}");
+                assert!(why.contains("binary chunk"), "{why}");
+                continue;
+            }
+        };
+        let clips = match name.as_str() {
+            "InterpolationTest.gltf" | "InterpolationTest.glb" => 9,
+            "Fox.glb" | "MorphStressTest.gltf" => 3,
+            "Cameras.gltf" | "SimpleSparseAccessor.gltf" => 0,
+            _ => 1,
+        };
+        assert_eq!(model.clips.len(), clips, "{name}");
+        assert!(model.triangles() > 0, "{name}");
+        let odd = model.warnings.sentences();
+        let pictures = |sentence: &String| sentence.contains("cannot be read: No such file");
+        assert!(odd.iter().all(pictures), "{name}: {odd:?}");
     }
 }
