@@ -13,6 +13,9 @@
 #ifdef TINTED
 #import orrery::appear::appear
 #endif
+#ifdef SKY
+#import orrery::sky::sky
+#endif
 #ifdef REFLECTION
 #import orrery::counters::reflected_rays
 #endif
@@ -84,15 +87,6 @@ fn pixel_width() -> f32 {
 // What a cone widens by, a length.
 fn cone_spread() -> f32 {
     return select(0.0, pixel_width(), view.projection == PROJECTION_PERSPECTIVE);
-}
-#endif
-
-#ifdef SKY
-// The background along a unit direction.
-fn sky(dir: vec3f) -> vec3f {
-    let height = min(abs(dir.y), 1.0);
-    let end = select(view.ground, view.zenith, dir.y > 0.0);
-    return view.background * (1.0 - height) + end * height;
 }
 #endif
 

@@ -3,7 +3,7 @@
 // Twin: engine/src/trace/cpu/texture.rs, which has the sources; engine/src/trace/pack/texels.rs lays the memory out.
 #define_import_path orrery::texture
 
-#ifdef TEXTURES
+#ifdef TEXELS
 #import orrery::types::{TEXELS_SHIFT, WRAP_MIRROR, WRAP_REPEAT}
 
 // Four numbers of 16 bits each, by number: a row of a layer holds a power of two of them, and a layer as many rows.

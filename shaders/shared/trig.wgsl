@@ -1,4 +1,4 @@
-// What: sine and cosine that are as good on every device: WGSL promises 2^-11, this gives a few ulp.
+// What: sine, cosine and angles that are as good on every device: WGSL promises 2^-11, this gives a few ulp.
 // Reads: nothing. Writes: nothing.
 // Twin: engine/src/geom/trig.rs.
 #define_import_path orrery::trig
@@ -22,4 +22,17 @@ fn sin_cos(angle: f32) -> vec2f {
     let quadrant = i32(quarter_turns);
     let turned = select(vec2f(s, c), vec2f(c, s), (quadrant & 1) != 0);
     return select(turned, -turned, vec2<bool>((quadrant & 2) != 0, ((quadrant + 1) & 2) != 0));
+}
+
+// Angle of the point (x, y) from the x axis, -pi to pi; 1e-5 off at most. Polynomial: Abramowitz and Stegun 4.4.49's form,
+// minimax on [0, 1].
+fn angle_of(y: f32, x: f32) -> f32 {
+    let low = min(abs(x), abs(y));
+    let high = max(max(abs(x), abs(y)), 1e-30);
+    let t = low / high;
+    let z = t * t;
+    var angle = ((((-0.0117212 * z + 0.05265332) * z - 0.11643287) * z + 0.19354346) * z - 0.33262347) * z * t + 0.99997726 * t;
+    angle = select(angle, 1.5707964 - angle, abs(y) > abs(x));
+    angle = select(angle, 3.1415927 - angle, x < 0.0);
+    return select(angle, -angle, y < 0.0);
 }

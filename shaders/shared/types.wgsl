@@ -71,9 +71,9 @@ struct ViewRow {
     spare: vec3u,
     edge_contrast: f32,
     zenith: vec3f,
-    spare_too: u32,
+    panorama: u32,
     ground: vec3f,
-    spare_also: u32,
+    panorama_turn: f32,
 }
 
 struct PassRow {

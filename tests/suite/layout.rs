@@ -53,9 +53,9 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             spare,
             edge_contrast,
             zenith,
-            spare_too,
+            panorama,
             ground,
-            spare_also,
+            panorama_turn,
         }),
         layout_of!(PassRow {
             first,

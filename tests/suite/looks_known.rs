@@ -265,6 +265,7 @@ fn a_sky_goes_from_the_horizon_to_the_zenith_and_the_ground() {
         zenith: Vec3::new(0.0, 0.0, 1.0),
         horizon: Vec3::ONE,
         ground: Vec3::new(0.5, 0.0, 0.0),
+        ..Background::default()
     };
     let mut scene = FrameScene {
         background,
@@ -331,4 +332,38 @@ fn curved_meshes_do_not_shade_themselves_at_the_terminator() {
     let (flat, curved) = (in_wrong_shadow(false), in_wrong_shadow(true));
     assert!(flat.iter().all(|&count| count > 20), "{flat:?}");
     assert!(curved.iter().all(|&count| count <= 2), "{curved:?}");
+}
+
+#[test]
+fn a_panorama_is_round_and_turns() {
+    let light = |i: u32| Vec3::new((i % 8) as f32, (i / 8) as f32 * 100.0, 0.25);
+    let texels: Vec<Vec3> = (0..32).map(light).collect();
+    let sky = Texture::radiance("sky", [8, 4], &texels).expect("a sky");
+    let mut scene = FrameScene {
+        textures: vec![Arc::new(sky)].into(),
+        background: Background {
+            picture: Some(TextureId(0)),
+            ..Vec3::ONE.into()
+        },
+        max_generations: 1,
+        ..FrameScene::default()
+    };
+    scene.features = Features::of(&scene);
+    for turned in [0, 3] {
+        // A quarter and more to the left.
+        scene.background.turn = f64::from(turned).to_radians() * 45.0;
+        for i in 0..32 {
+            let (column, row) = (f64::from(i % 8), f64::from(i / 8));
+            let around = ((column + 0.5) / 8.0 - 0.5) * std::f64::consts::TAU;
+            let around = around - scene.background.turn;
+            let up = (0.5 - (row + 0.5) / 4.0) * std::f64::consts::PI;
+            let level = up.cos();
+            scene.view.forward = DVec3::new(level * around.sin(), up.sin(), -level * around.cos());
+            for mut tracer in tracers() {
+                let seen = traced(&mut *tracer, &scene, [1, 1]).pixels[0];
+                let off = (seen - light(i)).abs().max_element();
+                assert!(off < 0.02, "{}: {seen} for {}", tracer.backend(), light(i));
+            }
+        }
+    }
 }

@@ -4,7 +4,7 @@ use orrery_engine::frame::{Features, Kernels};
 use orrery_engine::trace::gpu::{Kernel, Specialisation, shader_source};
 
 /// Number of switches in [`Features`].
-const SWITCHES: u32 = 22;
+const SWITCHES: u32 = 23;
 
 /// The features whose bits are set.
 fn features(bits: u32) -> Features {
@@ -32,6 +32,7 @@ fn features(bits: u32) -> Features {
         absorption: bit(19),
         curved: bit(20),
         sky: bit(21),
+        panorama: bit(22),
     }
 }
 
@@ -53,6 +54,7 @@ pub fn all_features() -> Features {
         absorption: true,
         curved: true,
         sky: true,
+        panorama: true,
         textures: true,
         normal_maps: true,
         vertex_colors: true,

@@ -173,7 +173,9 @@ fn extract_view(
     let background = background.map(|color| Vec3::from(color.to_array().map(usable)));
     if scene.background != background {
         scene.background = background;
-        scene.features.sky = !background.is_plain();
+        let mut features = scene.features;
+        features.find_sky(&scene);
+        scene.features = features;
     }
     scene.max_generations = settings.max_generations.unwrap_or(depth.0);
     let aspect = f64::from(settings.size.x) / f64::from(settings.size.y);

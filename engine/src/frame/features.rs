@@ -40,6 +40,8 @@ pub struct Features {
     pub fade: bool,
     /// The background is not the same everywhere.
     pub sky: bool,
+    /// The background has a panorama.
+    pub panorama: bool,
     /// Some mesh's triangles stand for a curved surface.
     pub curved: bool,
     /// Some material takes light away within.
@@ -57,10 +59,8 @@ pub struct Features {
 impl Features {
     /// Reads the rows of a scene.
     pub fn of(scene: &FrameScene) -> Self {
-        let mut needs = Self {
-            sky: !scene.background.is_plain(),
-            ..Self::default()
-        };
+        let mut needs = Self::default();
+        needs.find_sky(scene);
         for instance in scene.instances.iter() {
             match instance.shape {
                 Shape::Vacant => continue,
@@ -96,6 +96,19 @@ impl Features {
             needs.fade |= light.fade.is_some();
         }
         needs
+    }
+
+    /// Whether pictures of this scene read textures of any kind.
+    pub fn reads_texels(&self) -> bool {
+        self.textures || (self.sky && self.panorama)
+    }
+
+    /// What the background needs.
+    pub(super) fn find_sky(&mut self, scene: &FrameScene) {
+        let picture = scene.background.picture;
+        let texture = picture.and_then(|id| scene.textures.get(id.0 as usize));
+        self.sky = !scene.background.is_plain();
+        self.panorama = texture.is_some_and(|texture| !texture.levels.is_empty());
     }
 
     /// Looks of a mesh beyond its material's colour.

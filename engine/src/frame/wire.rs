@@ -127,12 +127,12 @@ pub struct ViewRow {
     pub edge_contrast: f32,
     /// Linear RGB of a miss straight up.
     pub zenith: [f32; 3],
-    /// Room for more.
-    pub spare_too: u32,
+    /// Where the background's panorama begins in the memory of texels; [`NONE`]: there is none.
+    pub panorama: u32,
     /// Linear RGB of a miss straight down.
     pub ground: [f32; 3],
-    /// Room for more.
-    pub spare_also: u32,
+    /// How far the panorama is turned, in whole turns.
+    pub panorama_turn: f32,
 }
 
 /// The uniform of one dispatch: a part of the picture or of the rays.

@@ -33,5 +33,5 @@ pub use ray::{FAR_WIDENING, SlabRay, safe_reciprocal};
 pub use sphere::{SphereFrame, SphereHeight, SphereRoots};
 pub use torus::{intersect_torus, torus_point};
 pub use triangle::{Shear, TriangleHit};
-pub use trig::sin_cos;
+pub use trig::{angle_of, sin_cos};
 pub use unit::unit_or;

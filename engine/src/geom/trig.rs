@@ -34,6 +34,23 @@ pub fn sin_cos(radians: f32) -> (f32, f32) {
     )
 }
 
+/// Angle of the point (x, y) from the x axis, -pi to pi; 1e-5 off at most. Polynomial: Abramowitz and Stegun 4.4.49's form,
+/// minimax on [0, 1].
+pub fn angle_of(y: f32, x: f32) -> f32 {
+    let low = x.abs().min(y.abs());
+    let t = low / x.abs().max(y.abs()).max(1e-30);
+    let z = t * t;
+    let series = (((-0.011_721_2 * z + 0.052_653_32) * z - 0.116_432_87) * z + 0.193_543_46) * z;
+    let mut angle = (series - 0.332_623_47) * z * t + 0.999_977_26 * t;
+    if y.abs() > x.abs() {
+        angle = std::f32::consts::FRAC_PI_2 - angle;
+    }
+    if x < 0.0 {
+        angle = std::f32::consts::PI - angle;
+    }
+    if y < 0.0 { -angle } else { angle }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -88,5 +105,18 @@ mod tests {
         }
         assert_eq!(sin_cos(0.0), (0.0, 1.0));
         assert!(sin_cos(f32::INFINITY).0.is_nan());
+    }
+
+    #[test]
+    fn angles_go_all_round() {
+        for step in -1800..1800 {
+            let angle = f64::from(step).to_radians() * 0.1;
+            let found = angle_of(3.0 * angle.sin() as f32, 3.0 * angle.cos() as f32);
+            assert!(
+                (f64::from(found) - angle).abs() < 1.2e-5,
+                "{angle}: {found}"
+            );
+        }
+        assert_eq!(angle_of(0.0, 0.0), 0.0);
     }
 }

@@ -7,10 +7,11 @@ use std::collections::HashMap;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
+use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
 use super::{Warnings, caught};
-use crate::world::{ColorSpace, Texture, TextureId, Wrap};
+use crate::world::{ColorSpace, Texture, TextureId, Wrap, linear_light};
 
 /// Most texels of a picture: 8192 along both edges.
 const MOST_TEXELS: u64 = 1 << 26;
@@ -75,6 +76,32 @@ fn decode(bytes: &[u8], ending: Option<&str>) -> Result<DynamicImage, String> {
         ));
     }
     DynamicImage::from_decoder(decoder).map_err(broken)
+}
+
+/// Reads a panorama for a sky: Radiance HDR, or any picture of sRGB colours.
+///
+/// # Errors
+/// See [`import_texture`].
+pub fn import_sky(path: &Path) -> Result<Texture, String> {
+    let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
+    let ending = path.extension().and_then(|ending| ending.to_str());
+    let picture = caught("pictures", || decode(&bytes, ending))?;
+    let is_linear = matches!(
+        picture,
+        DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)
+    );
+    let picture = picture.into_rgb32f();
+    let size = [picture.width(), picture.height()];
+    let (texels, _) = picture.as_raw().as_chunks::<3>();
+    let light = |&texel: &[f32; 3]| {
+        if is_linear {
+            Vec3::from(texel)
+        } else {
+            Vec3::from(texel.map(|x| linear_light(x.into()) as f32))
+        }
+    };
+    let texels: Vec<Vec3> = texels.iter().map(light).collect();
+    Texture::radiance("sky", size, &texels)
 }
 
 /// The textures of a model under way: each picture once a use, missing ones told once.

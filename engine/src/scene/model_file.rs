@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3};
 use super::resolve::Resolved;
 use super::schema::{ClipFile, Entity, Light, MeshFile, Pose, Scene, Shape};
 use crate::import::{Content, Model};
-use crate::world::{Clip, DirectionalLight, Material, Transform};
+use crate::world::{Background, Clip, DirectionalLight, Material, Transform};
 
 /// Behind models that say nothing of it, linear RGB.
 const BACKGROUND: Vec3 = Vec3::new(0.10, 0.11, 0.13);
@@ -30,7 +30,7 @@ pub fn scene_of(path: &Path) -> Scene {
         ..Entity::default()
     };
     Scene {
-        background: BACKGROUND.into(),
+        background: Background::from(BACKGROUND).into(),
         entities: vec![entity],
         ..Scene::default()
     }
@@ -40,7 +40,7 @@ pub fn scene_of(path: &Path) -> Scene {
 pub fn complete(resolved: &mut Resolved) {
     let models = || resolved.models.values();
     if let Some(background) = models().find_map(|model| model.background) {
-        resolved.scene.background = background.into();
+        resolved.scene.background = Background::from(background).into();
     }
     let clips = models().flat_map(played).collect();
     if let [entity, ..] = resolved.scene.entities.as_mut_slice() {

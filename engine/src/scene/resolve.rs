@@ -30,6 +30,8 @@ pub struct Resolved {
     pub poses: HashMap<PoseKey, Vec<Vec<DVec3>>>,
     /// Pictures of materials; none: the file could not be read.
     pub textures: HashMap<TextureKey, Option<Texture>>,
+    /// The background's panorama.
+    pub sky: Option<Texture>,
 }
 
 /// What makes two uses of a mesh file the same mesh: its path and the bits of its smoothing angle.
@@ -88,6 +90,7 @@ fn look_up(
         .iter()
         .map(|(id, _)| id.value.clone())
         .collect();
+    let sky = resolver.open_sky(&scene.background, folder);
     for (_, material) in &scene.materials {
         resolver.open_textures(material, folder);
     }
@@ -114,6 +117,7 @@ fn look_up(
             models: resolver.models,
             poses: resolver.poses,
             textures: resolver.textures,
+            sky,
         },
         report,
     )

@@ -6,8 +6,8 @@ use bevy_ecs::prelude::*;
 
 use super::reader::Schema;
 use super::schema::{
-    self, At, ClipFile, Deform, KeysFile, Light, MaterialFile, MeshFile, MorphFile, Motion, Pose,
-    Scene, Shape, TextureFile,
+    self, At, BackgroundFile, ClipFile, Deform, KeysFile, Light, MaterialFile, MeshFile, MorphFile,
+    Motion, Pose, Scene, Shape, TextureFile,
 };
 use super::spawn::{Imported, MeshSource, PoseFiles, SceneRoots};
 use super::timeline::Timeline;
@@ -57,10 +57,7 @@ pub fn describe(world: &mut World) -> Scene {
         .get_resource::<ActiveCamera>()
         .and_then(|active| active.0);
     Scene {
-        background: world
-            .get_resource::<Background>()
-            .copied()
-            .unwrap_or_default(),
+        background: background_of(world),
         max_generations: world
             .get_resource::<TraceDepth>()
             .copied()
@@ -87,6 +84,20 @@ fn in_order(mut entities: Vec<Entity>, file: &[Entity]) -> Vec<Entity> {
     let ranks: HashMap<Entity, usize> = file.iter().enumerate().map(|(i, &e)| (e, i)).collect();
     entities.sort_by_key(|entity| (ranks.get(entity).copied().unwrap_or(usize::MAX), *entity));
     entities
+}
+
+fn background_of(world: &World) -> BackgroundFile {
+    let background = world.get_resource::<Background>().copied();
+    let background = background.unwrap_or_default();
+    let texture = |id| world.get_resource::<Textures>()?.get(id);
+    let panorama = background.picture.and_then(texture);
+    BackgroundFile {
+        picture: panorama.map(|panorama| panorama.path.clone().into()),
+        background: Background {
+            picture: None,
+            ..background
+        },
+    }
 }
 
 /// Pictures that came from no file of the scene's are left out: there is nothing to load them from.

@@ -93,9 +93,15 @@ pub fn spawn(world: &mut World, resolved: Resolved) {
         models,
         poses,
         textures,
+        sky,
     } = resolved;
     let textures = store_textures(world, textures);
-    world.insert_resource(scene.background);
+    let mut store = world.get_resource_or_init::<Textures>();
+    let background = Background {
+        picture: sky.map(|sky| store.add(sky)),
+        ..scene.background.background
+    };
+    world.insert_resource(background);
     world.insert_resource(TraceDepth(scene.max_generations));
     let mut spawner = Spawner {
         models,

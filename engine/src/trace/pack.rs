@@ -239,6 +239,8 @@ impl PackedScene {
             background: scene.background.horizon.to_array(),
             zenith: scene.background.zenith.to_array(),
             ground: scene.background.ground.to_array(),
+            panorama: self.texels.first(scene.background.picture),
+            panorama_turn: (scene.background.turn / std::f64::consts::TAU).fract() as f32,
             max_generations: scene.max_generations.min(GENERATIONS_CAPACITY),
             first_plane: self.instances.first_plane(),
             light_count: self.lights.len() as u32,
@@ -262,7 +264,8 @@ impl PackedScene {
             && before.cutoff == cutoff
             && before.max_generations == view.max_generations
             && [before.background, before.zenith, before.ground]
-                == [view.background, view.zenith, view.ground];
+                == [view.background, view.zenith, view.ground]
+            && before.panorama == view.panorama;
         if same {
             (view.cutoff, view.bounds) = (cutoff, before.bounds);
         } else if let Some(bounds) = radiance_bounds(scene) {

@@ -4,6 +4,8 @@ use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 use glam::Vec3;
 
+use super::TextureId;
+
 /// The entity's id in its scene file: unique there, stable over save and load.
 #[derive(Component, Reflect, Clone, Debug, PartialEq, Eq, Hash)]
 #[reflect(Component, Clone, PartialEq)]
@@ -19,6 +21,10 @@ pub struct Background {
     pub horizon: Vec3,
     /// Straight down.
     pub ground: Vec3,
+    /// A panorama (equirectangular) that the colours are multiplied with; -Z is in its middle, +X to the right.
+    pub picture: Option<TextureId>,
+    /// How far the panorama is turned about +Y, radians.
+    pub turn: f64,
 }
 
 impl From<Vec3> for Background {
@@ -27,6 +33,8 @@ impl From<Vec3> for Background {
             zenith: color,
             horizon: color,
             ground: color,
+            picture: None,
+            turn: 0.0,
         }
     }
 }
@@ -34,7 +42,7 @@ impl From<Vec3> for Background {
 impl Background {
     /// Whether it is the same everywhere.
     pub fn is_plain(&self) -> bool {
-        self.zenith == self.horizon && self.ground == self.horizon
+        self.zenith == self.horizon && self.ground == self.horizon && self.picture.is_none()
     }
 
     /// The same with each colour changed.
@@ -44,6 +52,7 @@ impl Background {
             zenith: change(self.zenith),
             horizon: change(self.horizon),
             ground: change(self.ground),
+            ..self
         }
     }
 

@@ -50,7 +50,7 @@ pub use shape::{
 };
 pub use structure::Structure;
 pub use table::{Changes, Table};
-pub use texture::{ColorSpace, Level, Texture, TextureId, Textures, Wrap};
+pub use texture::{ColorSpace, Level, Texture, TextureId, Textures, Wrap, linear_light};
 pub use transform::{GlobalTransform, Shear, Transform, world_from_local};
 pub use visibility::{GlobalVisibility, Visibility};
 

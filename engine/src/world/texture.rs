@@ -9,6 +9,7 @@ use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
+use glam::Vec3;
 
 use super::Table;
 
@@ -46,7 +47,8 @@ pub struct Level {
     pub width: u32,
     /// Texels down.
     pub height: u32,
-    /// Linear red, green and blue, and alpha; 65535 is 1. Row by row from the upper left.
+    /// Linear red, green and blue, and alpha; 65535 is 1. Row by row from the upper left. Of radiance, the last number is an
+    /// exponent e in place of alpha: the others are times 2^(e - 127).
     pub texels: Vec<[u16; 4]>,
 }
 
@@ -61,6 +63,8 @@ pub struct Texture {
     pub wrap: Wrap,
     /// From the picture itself down to one texel; none: nothing to show.
     pub levels: Vec<Level>,
+    /// The greatest of its numbers; above 1 for radiance alone.
+    pub brightest: f32,
 }
 
 impl Texture {
@@ -108,8 +112,56 @@ impl Texture {
             path: String::new(),
             wrap,
             levels,
+            brightest: 1.0,
         })
     }
+
+    /// A picture of light without a largest value, row by row from the upper left: what a sky is. It has one level. What is no
+    /// number is black.
+    ///
+    /// # Errors
+    /// See [`Texture::new`].
+    pub fn radiance(
+        name: impl Into<String>,
+        [width, height]: [u32; 2],
+        rgb: &[Vec3],
+    ) -> Result<Self, String> {
+        let sizes = 1..=Self::LARGEST;
+        let count = u64::from(width) * u64::from(height);
+        if !sizes.contains(&width) || !sizes.contains(&height) || rgb.len() as u64 != count {
+            let found = rgb.len();
+            return Err(format!("{found} texels for {width} x {height}"));
+        }
+        let usable = |x: f32| if x > 0.0 { x.min(BRIGHTEST) } else { 0.0 };
+        let usable = |light: &Vec3| Vec3::from(light.to_array().map(usable));
+        let brightest = rgb.iter().map(usable).fold(Vec3::ZERO, Vec3::max);
+        Ok(Self {
+            name: name.into(),
+            levels: vec![Level {
+                width,
+                height,
+                texels: rgb
+                    .iter()
+                    .map(|light| shared_exponent(usable(light)))
+                    .collect(),
+            }],
+            brightest: brightest.max_element(),
+            ..Self::default()
+        })
+    }
+}
+
+/// The brightest light that a texture of radiance holds.
+const BRIGHTEST: f32 = 1e9;
+
+/// Three numbers of at least 0 with one exponent, 127 for 1.
+fn shared_exponent(light: Vec3) -> [u16; 4] {
+    let most = f64::from(light.max_element()).max(1e-30);
+    // Rounding must not lift the greatest above its share.
+    let exponent = (most * 1.000_01).log2().floor() as i32 + 1;
+    let share = |x: f32| (f64::from(x) / f64::from(exponent).exp2() * 65_535.0).round() as u16;
+    let [r, g, b] = light.to_array().map(share);
+    [r, g, b, (exponent + 127) as u16]
 }
 
 impl Level {
@@ -158,10 +210,18 @@ fn linear(byte: u8, space: ColorSpace) -> u16 {
     let value = f64::from(byte) / 255.0;
     let value = match space {
         ColorSpace::Linear => value,
-        ColorSpace::Srgb if value <= 0.04045 => value / 12.92,
-        ColorSpace::Srgb => ((value + 0.055) / 1.055).powf(2.4),
+        ColorSpace::Srgb => linear_light(value),
     };
     (value * 65_535.0).round() as u16
+}
+
+/// The light of a number of sRGB, both from 0 to 1 (IEC 61966-2-1).
+pub fn linear_light(srgb: f64) -> f64 {
+    if srgb <= 0.04045 {
+        srgb / 12.92
+    } else {
+        ((srgb + 0.055) / 1.055).powf(2.4)
+    }
 }
 
 /// All textures of the world. Rows are stable; an empty one waits for another texture.
@@ -247,6 +307,26 @@ mod tests {
             let last = texture.levels.last().expect("a level");
             assert_eq!((last.width, last.height), (1, 1));
             assert!((f64::from(last.texels[0][0]) - mean).abs() < 2.0);
+        }
+    }
+
+    #[test]
+    fn radiance_keeps_four_digits_of_any_light() {
+        let lights = [1e-3, 0.9999, 1.0, 1.5, 2.0, 65_000.0, 0.0, f32::NAN, -1.0];
+        let lights = lights.map(|x| Vec3::new(x, 0.25 * x, 0.0));
+        let sky = Texture::radiance("sky", [9, 1], &lights).expect("a sky");
+        assert_eq!(sky.brightest, 65_000.0);
+        for (texel, light) in sky.levels[0].texels.iter().zip(lights) {
+            let scale = (f64::from(texel[3]) - 127.0).exp2() / 65_535.0;
+            for (found, expected) in texel.iter().zip(light.to_array()) {
+                let found = f64::from(*found) * scale;
+                let expected = if light.x > 0.0 {
+                    f64::from(expected)
+                } else {
+                    0.0
+                };
+                assert!((found - expected).abs() <= 2e-5 * f64::from(light.x.max(0.0)));
+            }
         }
     }
 

@@ -1,11 +1,11 @@
-//! Pictures that the scene's materials name: each file is read once a use; one that cannot be read is a warning.
+//! Pictures that the scene's background and materials name: each file is read once a use; one that cannot be read is a warning.
 
 use std::path::Path;
 
 use super::{RawProblem, Resolver, nearest_file};
-use crate::import::import_texture;
-use crate::scene::schema::{MaterialFile, TextureFile};
-use crate::world::{ColorSpace, Wrap};
+use crate::import::{import_sky, import_texture};
+use crate::scene::schema::{At, BackgroundFile, MaterialFile, TextureFile};
+use crate::world::{ColorSpace, Texture, Wrap};
 
 /// What makes two uses of a picture the same texture.
 pub type TextureKey = (String, ColorSpace, Wrap);
@@ -36,19 +36,43 @@ impl Resolver {
             }
             let path = folder.join(&file.path.value);
             let read = import_texture(&path, space, file.wrap);
-            if let Err(why) = &read {
-                self.warnings.push(RawProblem {
-                    place: file.path.place.clone(),
-                    what: format!("the picture `{}` is left out: {why}", file.path.value),
-                    expected: Some("a PNG, JPEG, BMP or TGA file".into()),
-                    suggestion: nearest_file(&path).filter(|_| !path.is_file()),
-                });
-            }
-            let texture = read.ok().map(|mut texture| {
-                texture.path.clone_from(&file.path.value);
-                texture
-            });
+            let texture = self.picture((&file.path, &path), "a PNG, JPEG, BMP or TGA file", read);
             self.textures.insert(key, texture);
+        }
+    }
+
+    /// Reads the background's panorama.
+    pub(super) fn open_sky(&mut self, file: &BackgroundFile, folder: &Path) -> Option<Texture> {
+        let name = file.picture.as_ref()?;
+        let path = folder.join(&name.value);
+        self.picture(
+            (name, &path),
+            "a HDR, PNG, JPEG, BMP or TGA file",
+            import_sky(&path),
+        )
+    }
+
+    /// A picture that was read, under the scene file's name for it; else a warning.
+    fn picture(
+        &mut self,
+        (name, path): (&At<String>, &Path),
+        expected: &str,
+        read: Result<Texture, String>,
+    ) -> Option<Texture> {
+        match read {
+            Ok(mut texture) => {
+                texture.path.clone_from(&name.value);
+                Some(texture)
+            }
+            Err(why) => {
+                self.warnings.push(RawProblem {
+                    place: name.place.clone(),
+                    what: format!("the picture `{}` is left out: {why}", name.value),
+                    expected: Some(expected.into()),
+                    suggestion: nearest_file(path).filter(|_| !path.is_file()),
+                });
+                None
+            }
         }
     }
 }

@@ -3,11 +3,11 @@
 use super::clip::{ClipFile, read_clips, write_clips};
 use super::primitive::At;
 use super::timeline::write_all;
-use super::{Deform, Light, MaterialFile, Motion, Pose, Shape, Timeline, range};
+use super::{BackgroundFile, Deform, Light, MaterialFile, Motion, Pose, Shape, Timeline, range};
 use crate::scene::reader::{Fields, Reader, Schema};
 use crate::scene::syntax::{Kind, Node};
 use crate::scene::writer::Writer;
-use crate::world::{Background, Camera, Structure, TraceDepth};
+use crate::world::{Camera, Structure, TraceDepth};
 
 /// The version of the format written here, and the only one there is so far.
 pub const VERSION: u32 = 1;
@@ -16,7 +16,7 @@ pub const VERSION: u32 = 1;
 #[derive(Clone, Debug, PartialEq)]
 pub struct Scene {
     /// What rays see that hit nothing.
-    pub background: Background,
+    pub background: BackgroundFile,
     /// Generations of rays followed.
     pub max_generations: u32,
     /// Id of the camera in use; none: the first visible one.
@@ -32,7 +32,7 @@ pub struct Scene {
 impl Default for Scene {
     fn default() -> Self {
         Self {
-            background: Background::default(),
+            background: BackgroundFile::default(),
             max_generations: TraceDepth::default().0,
             active_camera: None,
             materials: Vec::new(),

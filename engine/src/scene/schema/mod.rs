@@ -20,6 +20,7 @@ mod texture;
 mod timeline;
 
 pub use angle::{Angle, from_degrees, to_degrees};
+pub use background::BackgroundFile;
 pub use clip::ClipFile;
 pub use deform::{Deform, KeysFile, MorphFile};
 pub use entity::{Entity, Scene, VERSION};

@@ -122,6 +122,7 @@ fn background(chance: &mut Chance) -> Background {
         zenith: color(chance),
         horizon: color(chance),
         ground: color(chance),
+        ..Background::default()
     }
 }
 
@@ -148,7 +149,7 @@ fn random_scene(chance: &mut Chance) -> Scene {
         pending.extend(&entity.children);
     }
     Scene {
-        background: background(chance),
+        background: background(chance).into(),
         max_generations: 1 + chance.below(64) as u32,
         active_camera: ids
             .first()

@@ -11,6 +11,7 @@ mod look;
 mod media;
 mod path;
 mod pixel;
+mod sky;
 mod surface;
 mod texture;
 mod traverse;

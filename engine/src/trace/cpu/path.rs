@@ -8,6 +8,7 @@ use super::cutoff::{Purse, most_added};
 use super::light::local_light;
 use super::look::appear;
 use super::media::Media;
+use super::sky::sky;
 use super::surface::{Surface, resolve};
 use super::traverse::{Key, Probe, Stack, Start, trace};
 use crate::frame::wire::{
@@ -130,21 +131,6 @@ pub fn radiance(
         debug_assert!(scratch.deferred.len() <= scene.view.max_generations as usize);
     }
     sum
-}
-
-/// The background along a unit direction.
-fn sky(scene: &PackedScene, dir: Vec3) -> Vec3 {
-    let horizon = Vec3::from(scene.view.background);
-    if !scene.has_sky {
-        return horizon;
-    }
-    let height = dir.y.abs().min(1.0);
-    let end = if dir.y > 0.0 {
-        scene.view.zenith
-    } else {
-        scene.view.ground
-    };
-    horizon * (1.0 - height) + Vec3::from(end) * height
 }
 
 /// The rays that leave a surface: the one to follow now, the one to take up after its subtree.

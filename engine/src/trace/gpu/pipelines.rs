@@ -51,7 +51,7 @@ impl Pipelines {
                 label: Some(kernel.name()),
                 source: wgpu::ShaderSource::Wgsl(shader.source.into()),
             });
-        let layout = layouts.pipeline(gpu, kernel, special.features.textures);
+        let layout = layouts.pipeline(gpu, kernel, special.features.reads_texels());
         let compute = gpu
             .device
             .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
@@ -84,6 +84,7 @@ fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
         absorption: false,
         curved: false,
         sky: false,
+        panorama: false,
         textures: special.features.textures && special.features.cutouts,
         normal_maps: false,
         vertex_colors: special.features.vertex_colors && special.features.cutouts,

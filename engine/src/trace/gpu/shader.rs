@@ -121,10 +121,10 @@ macro_rules! shared {
 }
 
 /// `shaders/shared`, each after what it imports.
-const SHARED: [(&str, &str); 29] = shared![
+const SHARED: [(&str, &str); 30] = shared![
     "types", "scene", "affine", "slab", "triangle", "sphere", "cuboid", "disc", "cone", "torus",
     "texture", "look", "traverse", "surface", "appear", "counters", "media", "light", "cutoff",
-    "path", "pixel", "picture", "boxes", "trig", "stage", "jobs", "fit", "build", "digits",
+    "trig", "sky", "path", "pixel", "picture", "boxes", "stage", "jobs", "fit", "build", "digits",
 ];
 
 /// What a kernel is specialised by.
@@ -179,6 +179,8 @@ impl Specialisation {
             ("OPEN_CONES", f.open_cones),
             ("ABSORPTION", f.absorption && f.transmission),
             ("SKY", f.sky),
+            ("PANORAMA", f.sky && f.panorama),
+            ("TEXELS", f.reads_texels()),
             ("CURVED", f.curved && f.smooth_normals),
             ("TEXTURES", f.textures),
             ("NORMAL_MAPS", f.textures && f.normal_maps),

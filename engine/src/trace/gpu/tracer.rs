@@ -263,7 +263,9 @@ impl Tracer for GpuTracer {
         self.counters.tree_nodes = self.packed.tree_nodes_written();
         let generations = self.packed.view.max_generations;
         let mut features = scene.features;
-        features.textures &= self.on_device.texels.group.is_some();
+        let has_texels = self.on_device.texels.group.is_some();
+        features.textures &= has_texels;
+        features.panorama &= has_texels;
         let special = Specialisation::new(features, generations);
         self.special = Some(Specialisation {
             cutoff: self.packed.view.cutoff > 0.0,

@@ -36,7 +36,10 @@ const LARGEST: f64 = 1e12;
 /// useful bound, so nothing may be left out.
 pub(super) fn radiance_bounds(scene: &FrameScene) -> Option<[f32; GENERATIONS_CAPACITY as usize]> {
     let arriving: DVec3 = scene.lights.iter().map(brightest).sum();
-    let background = scene.background.brightest().as_dvec3().abs();
+    let panorama = scene.background.picture;
+    let panorama = panorama.and_then(|id| scene.textures.get(id.0 as usize));
+    let brightest = panorama.map_or(1.0, |panorama| f64::from(panorama.brightest));
+    let background = scene.background.brightest().as_dvec3().abs() * brightest;
     let mut plain = background;
     let mut scattering = Vec::new();
     for material in scene.materials.iter() {

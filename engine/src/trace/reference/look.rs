@@ -1,6 +1,7 @@
 //! What a mesh looks like in f64: textures, colours of vertices, normal maps, holes. The plain formulas; shares nothing
 //! with the f32 lookups but the texels.
 
+use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3, DVec4};
@@ -111,6 +112,26 @@ fn beyond(i: f64, count: u32, wrap: Wrap) -> u32 {
         }
     };
     (within as u32).min(count - 1)
+}
+
+/// What a panorama shows along a unit direction; `turn` in radians about +Y.
+pub fn panorama(texture: &Texture, turn: f64, dir: DVec3) -> DVec3 {
+    let level = &texture.levels[0];
+    let around = 0.5 + (dir.x.atan2(-dir.z) + turn) / TAU;
+    let down = 0.5 - dir.y.atan2(dir.x.hypot(dir.z)) / PI;
+    let size = DVec2::new(level.width.into(), level.height.into());
+    let at = DVec2::new(around, down) * size - 0.5;
+    let (corner, share) = (at.floor(), at - at.floor());
+    let light = |x: f64, y: f64| {
+        let x = beyond(x, level.width, Wrap::Repeat);
+        let y = beyond(y, level.height, Wrap::Clamp);
+        let [r, g, b, e] = level.texels[(y * level.width + x) as usize].map(f64::from);
+        DVec3::new(r, g, b) / 65_535.0 * (e - 127.0).exp2()
+    };
+    let upper = light(corner.x, corner.y).lerp(light(corner.x + 1.0, corner.y), share.x);
+    let next = corner.y + 1.0;
+    let lower = light(corner.x, next).lerp(light(corner.x + 1.0, next), share.x);
+    upper.lerp(lower, share.y)
 }
 
 /// A triangle in the world and on its texture: edges from its first corner, and what they span there.

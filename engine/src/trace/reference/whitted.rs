@@ -95,9 +95,12 @@ impl Whitted<'_> {
         };
         let horizon = background.horizon.as_dvec3();
         if background.is_plain() {
-            horizon
-        } else {
-            horizon.lerp(end.as_dvec3(), height.abs())
+            return horizon;
+        }
+        let color = horizon.lerp(end.as_dvec3(), height.abs());
+        match look::texture(self.scene, background.picture) {
+            Some(panorama) => color * look::panorama(panorama, background.turn, dir.normalize()),
+            None => color,
         }
     }
 
