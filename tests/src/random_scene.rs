@@ -229,7 +229,7 @@ fn random_instance(random: &mut Random, materials: usize) -> Instance {
                 radius_a,
                 b,
                 radius_b,
-                open: random.below(3) == 0,
+                open: radius_a < 0.4,
             });
             (shape, uneven)
         }
