@@ -53,6 +53,7 @@ Examples:
   orrery bench stability --backend cpu           leaks, self-hits, lost boxes, far and tiny scenes, bad input
   orrery bench spd --report spd                  the Standard Procedural Databases, rays as published
   orrery bench bart --frames 100 --report bart   kitchen, robots and museum, played to their last frame
+  orrery bench import --report import            odd and broken model files: loaded or refused, never a panic
   orrery check my_scene.ron                      every problem of a scene or model file with its place
   orrery model.obj                               a model by itself, lit and framed
 
@@ -136,7 +137,7 @@ pub struct BenchRequest {
     /// Also write the rows as JSON.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Accuracy: also write the page, charts and tables, into this folder. SPD, BART: pictures and a contact sheet.
+    /// Accuracy: also write the page, charts and tables, into this folder. SPD, BART: pictures and a contact sheet. Import: what became of each file.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Also write the work itself (meshes, instances, spheres, rays by kind, hits) into this folder.
@@ -155,7 +156,8 @@ pub struct BenchRequest {
     /// BART: only so many frames, spread over the run, at least 2; without it, all.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
     pub frames: Option<u64>,
-    /// SPD, BART: the folder of their scene files; without it, `../shared/scenes/spd-nff` and `bart-aff` beside it.
+    /// SPD, BART: the folder of their scene files; without it, `../shared/scenes/spd-nff` and `bart-aff` beside it. Import: the folder
+    /// of the folders that are read; without it, `../shared/scenes`.
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
     /// Motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.

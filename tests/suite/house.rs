@@ -39,7 +39,7 @@ const MAY_IMPORT: [(&str, &[&str]); 13] = [
 /// What a module needs to add its systems to the frame; `time` is one of them itself.
 const LOOP: [&str; 4] = ["app", "schedule", "time", "Engine"];
 /// Crates and the only folders or files of the engine that may name them.
-const ONLY_IN: [(&str, &[&str]); 14] = [
+const ONLY_IN: [(&str, &[&str]); 15] = [
     ("wgpu", &["trace/gpu", "present"]),
     ("winit", &["window", "input"]),
     ("egui", &["editor", "present", "window"]),
@@ -53,6 +53,7 @@ const ONLY_IN: [(&str, &[&str]); 14] = [
     ("image", &["import"]),
     ("exr", &["present"]),
     ("png", &["present"]),
+    ("ufbx", &["import/fbx"]),
     ("x11_dl", &["window"]),
 ];
 /// Lines of a file that are not blank. Longer ones are split along an idea.

@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use orrery_engine::import::{Model, import, import_nff_text, read_gltf};
+use orrery_engine::import::{Model, import, import_nff_text, read_fbx, read_gltf};
 use orrery_tests::mutate::Mutator;
 
 /// Broken files tried of each file of a corpus.
@@ -16,6 +16,7 @@ type Reader = fn(&[u8], &Path) -> Result<Model, String>;
 
 /// Formats by the folder of their corpus. The inner functions, so that a panic is a panic.
 const READERS: &[(&str, Reader)] = &[
+    ("fbx", read_fbx),
     ("gltf", read_gltf),
     ("nff", |bytes, folder| {
         import_nff_text(&String::from_utf8_lossy(bytes), &|name| {

@@ -3,6 +3,7 @@
 //! An importer returns meshes and materials, or a sentence that says what is wrong with the file; it never
 //! panics and never touches the world.
 
+mod fbx;
 mod gltf;
 mod model;
 mod mtl;
@@ -12,6 +13,7 @@ mod picture;
 mod poses;
 mod smooth;
 
+pub use fbx::{import_fbx, read_fbx};
 pub use gltf::{import_gltf, read_gltf};
 pub use model::{Content, Joints, Model, Node, Part, Solid, Warnings};
 pub use mtl::{material_of, with_pictures};
@@ -33,6 +35,11 @@ struct Format {
 
 /// All that can be read.
 const FORMATS: &[Format] = &[
+    Format {
+        endings: &["fbx"],
+        name: "FBX",
+        import: import_fbx,
+    },
     Format {
         endings: &["obj"],
         name: "Wavefront OBJ",
@@ -85,7 +92,15 @@ pub fn import(path: &Path) -> Result<Model, String> {
 /// Calls a reader that may panic.
 fn caught<T>(format: &str, read: impl FnOnce() -> Result<T, String>) -> Result<T, String> {
     catch_unwind(AssertUnwindSafe(read))
-        .unwrap_or_else(|_| Err(format!("the reader of {format} gave up")))
+        .unwrap_or_else(|_| Err(format!("the reader of {format} {GAVE_UP}")))
+}
+
+/// What is said of a reader that panicked.
+const GAVE_UP: &str = "gave up";
+
+/// Whether a reason given by [`import()`] is that its reader panicked.
+pub fn is_of_a_panic(reason: &str) -> bool {
+    reason.ends_with(GAVE_UP)
 }
 
 /// Faces without places: what all poses of a mesh have in common.

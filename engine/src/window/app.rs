@@ -12,6 +12,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use super::commands::{Requests, screenshot_path};
+use super::dropped;
 use super::resolution::{Resolution, whole_picture_millis};
 use super::router::{self, Router};
 use super::title::{Title, words};
@@ -296,6 +297,11 @@ impl ApplicationHandler for WindowApp<'_> {
         match &event {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Occluded(hidden) => open.hidden = *hidden,
+            WindowEvent::DroppedFile(path) => {
+                if let Some(title) = dropped::show(&mut self.engine.world, path) {
+                    self.options.title = title;
+                }
+            }
             _ => {}
         }
         let world = &mut self.engine.world;

@@ -6,6 +6,7 @@
 mod app;
 mod commands;
 mod display;
+mod dropped;
 mod resolution;
 mod router;
 mod title;

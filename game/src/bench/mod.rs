@@ -9,6 +9,7 @@ mod crowd;
 mod dump;
 mod frame;
 mod hills;
+mod import;
 mod motion;
 mod rays;
 mod report;
@@ -37,7 +38,7 @@ struct Benchmark {
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 7] = [
+const ALL: [Benchmark; 8] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
@@ -79,6 +80,13 @@ const ALL: [Benchmark; 7] = [
         run: bart::run,
         must: |_| false,
         takes: &["--report", "--files", "--frames", "--small"],
+    },
+    Benchmark {
+        name: "import",
+        about: "files made to trip importers up: loaded, refused with a reason, panics, worst time and memory",
+        run: import::run,
+        must: import::must_be_met,
+        takes: &["--report", "--files"],
     },
     Benchmark {
         name: "stability",
