@@ -9,6 +9,7 @@
 //! | what is neither mirrored nor passed on | scattered: `diffuse` (1 - m g)(1 - t) |
 //! | `r` of what is no metal | a highlight after Blinn: the exponent 2/r^4 - 2 (Walter et al. 2007, with alpha = r^2), the strength F0 (n + 8)/8, at most 1, with F0 of `ior` |
 //! | KHR_materials_transmission, KHR_materials_ior | glass: `filter` t, tinted by the base colour (`transmit` where that is white), refracted by `ior` (1.5 where the file says nothing), `reflection` Fresnel |
+//! | KHR_materials_volume | `absorption` -ln(attenuationColor) / attenuationDistance, in glass |
 //! | `alphaMode` BLEND | what is not there passes unbent: `transmit` 1 - alpha |
 //! | `emissiveFactor`, KHR_materials_emissive_strength | `emission`: its brightest channel over that of the colour; where it outshines the base colour, the colour becomes that of what is given off |
 //! | KHR_materials_unlit | nothing but `emission` 1 |
@@ -160,6 +161,7 @@ fn by_factors(material: &gltf::Material, rougher: f32, more_metal: f32) -> Mater
     if passed > 0.0 {
         result.ior = f64::from(ior);
         result.reflection = Reflection::Fresnel;
+        result.absorption = absorption(material);
         match result.color == Vec3::ONE {
             true => result.transmit = passed,
             false => result.filter = passed,
@@ -185,6 +187,21 @@ fn share(number: f32) -> f32 {
         number.clamp(0.0, 1.0)
     } else {
         0.0
+    }
+}
+
+/// What glass takes from light by the length gone, a unit.
+fn absorption(material: &gltf::Material) -> Vec3 {
+    let Some(volume) = material.volume() else {
+        return Vec3::ZERO;
+    };
+    // Black would be endless.
+    let left = volume.attenuation_color().map(|c| share(c).max(1e-4));
+    let lost = Vec3::from(left.map(|left| -left.ln())) / volume.attenuation_distance();
+    if lost.is_finite() {
+        lost.max(Vec3::ZERO)
+    } else {
+        Vec3::ZERO
     }
 }
 
@@ -223,5 +240,57 @@ fn glow(result: &mut Material, material: &gltf::Material) {
         result.emission = brightest;
     } else {
         result.emission = brightest / result.color.max_element();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn material(json: &str) -> Material {
+        let text = format!("{{\"asset\":{{\"version\":\"2.0\"}},\"materials\":[{{{json}}}]}}");
+        let gltf = gltf::Gltf::from_slice(text.as_bytes()).unwrap();
+        by_factors(&gltf.materials().next().unwrap(), 1.0, 1.0)
+    }
+
+    fn metal_rough(metal: f32, rough: f32, color: &str) -> Material {
+        material(&format!(
+            "\"pbrMetallicRoughness\":{{\"metallicFactor\":{metal},\"roughnessFactor\":{rough},\"baseColorFactor\":{color}}}"
+        ))
+    }
+
+    #[test]
+    fn each_line_of_the_table_holds() {
+        let plain = material("");
+        assert_eq!((plain.color, plain.diffuse), (Vec3::ONE, 1.0));
+        assert_eq!((plain.reflection, plain.specular), (Reflection::None, None));
+        let gold = metal_rough(1.0, 0.25, "[1,0.5,0.25,1]");
+        let mirrored = Vec3::new(0.75, 0.375, 0.1875);
+        assert_eq!(gold.reflection, Reflection::Constant(mirrored));
+        assert_eq!((gold.diffuse, gold.specular), (0.25, None));
+        let plastic = metal_rough(0.0, 0.5, "[1,0,0,1]");
+        let lobe = plastic.specular.unwrap();
+        assert_eq!((plastic.diffuse, lobe.exponent), (1.0, 30.0));
+        assert!((lobe.strength - 0.04 * 38.0 / 8.0).abs() < 1e-6);
+        let pane =
+            "\"alphaMode\":\"BLEND\",\"pbrMetallicRoughness\":{\"baseColorFactor\":[1,1,1,0.25]}";
+        assert_eq!(material(pane).transmit, 0.75);
+        let unlit = material("\"extensions\":{\"KHR_materials_unlit\":{}}");
+        assert_eq!((unlit.diffuse, unlit.emission), (0.0, 1.0));
+        let glass = material(
+            "\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":1},
+            \"KHR_materials_volume\":{\"attenuationDistance\":2,\"attenuationColor\":[0.5,1,0]}}",
+        );
+        assert_eq!((glass.transmit, glass.diffuse, glass.ior), (1.0, 0.0, 1.5));
+        assert_eq!(glass.reflection, Reflection::Fresnel);
+        let half = std::f32::consts::LN_2 / 2.0;
+        assert!((glass.absorption.x - half).abs() < 1e-6 && glass.absorption.y == 0.0);
+        assert!(glass.absorption.is_finite());
+        let dark = material(
+            "\"emissiveFactor\":[0.5,0.25,0],\"pbrMetallicRoughness\":{\"baseColorFactor\":[0,0,0,1]}",
+        );
+        assert_eq!((dark.color, dark.emission), (Vec3::new(1.0, 0.5, 0.0), 0.5));
+        let dim = material("\"emissiveFactor\":[0.5,0.5,0.5]");
+        assert_eq!((dim.color, dim.emission), (Vec3::ONE, 0.5));
     }
 }
