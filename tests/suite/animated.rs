@@ -338,7 +338,6 @@ fn models_of_others_play() {
             false,
             0.02,
         ),
-        ("gltf-cc0/SimpleMorph/glTF/SimpleMorph.gltf", false, 0.02),
         (
             "gltf-cc0/InterpolationTest/glTF/InterpolationTest.gltf",
             true,

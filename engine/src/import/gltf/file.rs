@@ -3,7 +3,7 @@
 use std::cell::Cell;
 use std::path::Path;
 
-use gltf::json::validation::{Error as Invalid, Validate};
+use gltf::json::validation::{Checked, Error as Invalid, Validate};
 use gltf::{Document, Gltf, buffer};
 
 /// A document that passed the checks of its schema, and the bytes of its buffers.
@@ -103,6 +103,16 @@ fn check(document: &Document) -> Result<(), String> {
         return Err(format!(
             "an attribute of a mesh names accessors[{missing}], which is not there"
         ));
+    }
+    // Nor does it look at what channels move.
+    let targets = root
+        .animations
+        .iter()
+        .flat_map(|animation| &animation.channels);
+    for target in targets.map(|channel| &channel.target) {
+        if target.node.value() >= root.nodes.len() || target.path == Checked::Invalid {
+            return Err("an animation moves a node or a property that is not there".into());
+        }
     }
     root.validate(root, gltf::json::Path::new, &mut |path, error| {
         let path = path();
