@@ -1,7 +1,7 @@
 //! Files to plain data. The only readers of foreign formats, each with its crate to itself.
 //!
-//! An importer returns meshes and materials, or a sentence that says what is wrong with the file; it never
-//! panics and never touches the world.
+//! An importer returns a [`Model`], or a sentence that says what is wrong with the file; it never touches the world. What
+//! its crate may do to it, [`import`] catches.
 
 mod fbx;
 mod gltf;
@@ -86,7 +86,26 @@ pub fn import(path: &Path) -> Result<Model, String> {
         format_of(path).ok_or_else(|| format!("its name does not end in one of {}", endings()))?;
     let mut model = caught(format.name, || (format.import)(path))?;
     model.settle_clips();
+    if !model.contents().any(Content::is_visible) {
+        model.warnings.push("it holds nothing that can be seen");
+    }
     Ok(model)
+}
+
+/// Longest file that is read, bytes.
+const LONGEST: u64 = 1 << 30;
+
+/// The bytes of a file. Not of a device, which could be read for ever.
+fn bytes_of(path: &Path) -> Result<Vec<u8>, String> {
+    let told = |error: std::io::Error| format!("it cannot be read: {error}");
+    let what = std::fs::metadata(path).map_err(told)?;
+    if !what.is_file() {
+        return Err("it cannot be read: it is not a file".into());
+    }
+    if what.len() > LONGEST {
+        return Err(format!("it is longer than {} MiB", LONGEST >> 20));
+    }
+    std::fs::read(path).map_err(told)
 }
 
 /// Calls a reader that may panic.

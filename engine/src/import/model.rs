@@ -179,6 +179,19 @@ impl Model {
 }
 
 impl Content {
+    /// Whether rays can meet it.
+    pub fn is_visible(&self) -> bool {
+        matches!(self, Self::Part { .. } | Self::Solid { .. })
+    }
+
+    /// Row of [`Model::materials`] that it wears.
+    pub fn material(&self) -> Option<usize> {
+        match *self {
+            Self::Part { material, .. } | Self::Solid { material, .. } => material,
+            _ => None,
+        }
+    }
+
     /// Whether it shines.
     pub fn is_light(&self) -> bool {
         matches!(self, Self::Point(_) | Self::Directional(_) | Self::Spot(_))

@@ -10,7 +10,6 @@
 //! | `Ni` | `ior` |
 //! | `illum` 3, 5 | mirror: 3 reflects `Ks`, 5 by Fresnel where `Ni` > 1, else `Ks` |
 //! | `illum` 4, 6, 7, 9 | glass: as transparent as `d` says (fully, where `d` says nothing), Fresnel where `Ni` > 1 |
-//!
 //! | `map_Kd` | `color_map`, times `Kd` |
 //! | `map_d` | `alpha_cutoff` 0.5: cut out where it is dark (its alpha, where it is the file of `map_Kd`) |
 //! | `norm`, `map_Bump` in colour | `normal_map` |

@@ -5,12 +5,14 @@
 
 use std::cell::RefCell;
 use std::collections::HashMap;
-use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
-use super::{Content, Model, Node, Outline, Part, Pictures, Warnings, material_of, with_pictures};
+use super::{
+    Content, Model, Node, Outline, Part, Pictures, Warnings, bytes_of, caught, material_of,
+    with_pictures,
+};
 use crate::world::{MeshData, Polygon, triangulate};
 
 /// Reads an OBJ file and the MTL files it names, which are looked for beside it.
@@ -19,12 +21,12 @@ use crate::world::{MeshData, Polygon, triangulate};
 /// A sentence without the file's name: it cannot be opened, is no OBJ, has no face, or names a vertex
 /// that is not there or not finite. A material file that is missing or bad is a warning.
 pub fn import_obj(path: &Path) -> Result<Model, String> {
-    guarded(path, |text| read(text, path))
+    with_text(path, |text| read(text, path))
 }
 
-/// Hands a file's text to a reader that may panic.
-fn guarded<T>(path: &Path, read: impl FnOnce(&str) -> Result<T, String>) -> Result<T, String> {
-    let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
+/// Hands a file's text to a reader.
+fn with_text<T>(path: &Path, read: impl FnOnce(&str) -> Result<T, String>) -> Result<T, String> {
+    let bytes = bytes_of(path)?;
     // Some exporters write Latin-1 names; geometry is ASCII.
     let text = String::from_utf8_lossy(&bytes);
     // What is known to make tobj 4.0 panic is taken out; what is not, is caught by those who call importers.
@@ -128,7 +130,7 @@ fn options() -> tobj::LoadOptions {
 /// # Errors
 /// A sentence without the file's name: it cannot be opened or is no OBJ.
 pub(super) fn outlines(path: &Path) -> Result<Vec<(Outline, Vec<DVec3>)>, String> {
-    guarded(path, |text| {
+    with_text(path, |text| {
         let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |_| {
             Ok((Vec::new(), HashMap::new()))
         });
@@ -162,33 +164,17 @@ fn load_materials(
     name: &Path,
     warnings: &mut Warnings,
 ) -> (Vec<tobj::Material>, HashMap<String, usize>) {
-    let bytes = match std::fs::read(path) {
-        Ok(bytes) => bytes,
-        Err(error) => {
-            warnings.push(format!(
-                "material file {} cannot be read: {error}",
-                name.display()
-            ));
-            return Default::default();
-        }
-    };
-    let text = plain_materials(&String::from_utf8_lossy(&bytes), name, warnings);
-    match catch_unwind(AssertUnwindSafe(|| {
-        tobj::load_mtl_buf(&mut text.as_bytes())
-    })) {
-        Ok(Ok(materials)) => materials,
-        Ok(Err(error)) => {
-            warnings.push(format!(
-                "material file {} is not valid: {error}",
-                name.display()
-            ));
-            Default::default()
-        }
-        Err(_) => {
-            warnings.push(format!("material file {} is not valid", name.display()));
-            Default::default()
-        }
-    }
+    let read = bytes_of(path).and_then(|bytes| {
+        let text = plain_materials(&String::from_utf8_lossy(&bytes), name, warnings);
+        caught("MTL", || {
+            tobj::load_mtl_buf(&mut text.as_bytes())
+                .map_err(|error| format!("it is not a valid MTL file: {error}"))
+        })
+    });
+    read.unwrap_or_else(|why| {
+        warnings.push(format!("material file {}: {why}", name.display()));
+        Default::default()
+    })
 }
 
 /// The text without colours that are not three numbers, at which tobj 4.0 panics. One number stands for

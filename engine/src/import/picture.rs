@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use super::{Warnings, caught};
+use super::{Warnings, bytes_of, caught};
 use crate::world::{ColorSpace, Texture, TextureId, Wrap, linear_light};
 
 /// Most texels of a picture: 8192 along both edges.
@@ -23,7 +23,7 @@ const MOST_GROWTH: u64 = 2048;
 /// # Errors
 /// A sentence without the file's name: it cannot be read, is none of the formats, is broken or too large.
 pub fn import_texture(path: &Path, space: ColorSpace, wrap: Wrap) -> Result<Texture, String> {
-    let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
+    let bytes = bytes_of(path)?;
     let ending = path.extension().and_then(|ending| ending.to_str());
     let mut texture = decode_texture(&bytes, ending, space, wrap)?;
     texture.name = path
@@ -219,10 +219,7 @@ mod tests {
     #[test]
     fn a_small_file_that_says_it_is_large_is_refused() {
         let why = decoded(&bmp(16_000), None).expect_err("too large for its bytes");
-        assert!(
-            why.contains("16000 x 1") || why.contains("not a picture"),
-            "{why}"
-        );
+        assert!(why.contains("16000 x 1"), "{why}");
         for cut in 0..bmp(2).len() - 1 {
             // Whatever comes of it, it comes back.
             let _ = decoded(&bmp(2)[..cut], None);

@@ -2,19 +2,20 @@
 //!
 //! A normal is the mean of the faces around a vertex, weighted by their angle there (Thürmer and Wüthrich
 //! 1998), taken over the faces that meet at no more than the crease angle; a vertex where they do not all
-//! meet so gently is split, and so is one that looks different in two of them.
+//! meet so gently is split. Vertices of a file that share a place share its normals, and stay apart otherwise: they may
+//! look different, or move apart.
 
 use std::collections::HashMap;
 use std::sync::Arc;
 
-use glam::{DVec3, Vec2, Vec3, Vec4};
+use glam::{DVec3, Vec3};
 
 use super::Part;
 use crate::world::{MeshData, VertexSets};
 
 /// The mesh with normals smooth across edges whose faces differ by at most `crease_degrees`.
 ///
-/// Vertices at the same place count as one, also where the file repeats them.
+/// Faces meet at places: whether the file repeats a vertex there makes no difference.
 pub fn smooth(mesh: &MeshData, crease_degrees: f64) -> MeshData {
     smoothed(mesh, crease_degrees).0
 }
@@ -33,10 +34,8 @@ pub fn smooth_part(part: &mut Part, crease_degrees: f64) {
         *binding = Arc::new(binding.gathered(&sources));
     }
     part.mesh = mesh;
-    part.sources = sources
-        .iter()
-        .map(|&vertex| part.sources[vertex as usize])
-        .collect();
+    let source_of = |&vertex: &u32| part.sources.get(vertex as usize).copied();
+    part.sources = sources.iter().filter_map(source_of).collect();
 }
 
 /// The smooth mesh, and which vertex of the mesh given each of its vertices is.
@@ -55,7 +54,7 @@ fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
         }
     }
     let limit = crease_degrees.to_radians().cos() - 1e-9;
-    let mut rows: HashMap<(u32, [u32; 3], [u32; 6]), u32> = HashMap::new();
+    let mut rows: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
     let (mut vertices, mut normals, mut sources) = (Vec::new(), Vec::new(), Vec::new());
     let (mut uvs, mut colors) = (Vec::new(), Vec::new());
     let triangles = mesh
@@ -75,19 +74,13 @@ fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
                 // A triangle without area has no normal; any unit vector keeps shading finite.
                 let own = own.try_normalize().unwrap_or(DVec3::Y);
                 let normal: Vec3 = sum.try_normalize().unwrap_or(own).as_vec3();
-                let uv = mesh.uvs.get(vertex as usize);
-                let color = mesh.colors.get(vertex as usize);
-                let key = (
-                    place,
-                    normal.to_array().map(f32::to_bits),
-                    look_bits(uv, color),
-                );
+                let key = (vertex, normal.to_array().map(f32::to_bits));
                 *rows.entry(key).or_insert_with(|| {
-                    vertices.push(mesh.vertices[place as usize]);
+                    vertices.push(mesh.vertices[vertex as usize]);
                     normals.push(normal);
-                    uvs.extend(uv);
-                    colors.extend(color);
-                    sources.push(place);
+                    uvs.extend(mesh.uvs.get(vertex as usize));
+                    colors.extend(mesh.colors.get(vertex as usize));
+                    sources.push(vertex);
                     vertices.len() as u32 - 1
                 })
             })
@@ -108,13 +101,6 @@ fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
         ..mesh.clone()
     };
     (smooth, sources)
-}
-
-/// What tells vertices at one place apart by their looks.
-fn look_bits(uv: Option<&Vec2>, color: Option<&Vec4>) -> [u32; 6] {
-    let [u, v] = uv.copied().unwrap_or_default().to_array();
-    let [r, g, b, a] = color.copied().unwrap_or_default().to_array();
-    [u, v, r, g, b, a].map(f32::to_bits)
 }
 
 /// A face's normal and its angle at one corner.
@@ -224,6 +210,32 @@ mod tests {
         assert_eq!(morph.targets.set(1), [Vec3::X; 24]);
         let joints = binding.joints.iter().map(|joints| joints[0]);
         assert_eq!(joints.collect::<Vec<_>>(), part.sources);
+    }
+
+    #[test]
+    fn lips_that_touch_share_their_normals_and_open() {
+        // Two triangles that meet at an edge whose vertices the file has twice.
+        let corner = |x: f64, y: f64, z: f64| DVec3::new(x, y, z);
+        let upper = [corner(0., 0., 0.), corner(1., 0., 0.), corner(0., 1., 0.2)];
+        let lower = [corner(1., 0., 0.), corner(0., 0., 0.), corner(0., -1., 0.2)];
+        let vertices = [upper, lower].concat();
+        let mesh = MeshData::new("lips", vertices, Vec::new(), vec![[0, 1, 2], [3, 4, 5]]).unwrap();
+        let opening: Vec<Vec3> = (0..6).map(|v| Vec3::splat(v as f32)).collect();
+        let mut part = Part {
+            morph: Some(Morph {
+                targets: Arc::new(VertexSets {
+                    vertices: 6,
+                    values: opening.clone(),
+                }),
+                weights: vec![0.0],
+            }),
+            mesh,
+            ..Part::default()
+        };
+        smooth_part(&mut part, 90.0);
+        assert_eq!(part.morph.unwrap().targets.set(0), opening);
+        assert_eq!(part.mesh.normals[0], part.mesh.normals[4]);
+        assert!(part.sources.is_empty(), "no file is another pose of it");
     }
 
     #[test]

@@ -12,7 +12,7 @@ use glam::{DVec3, Vec3};
 use super::resolve::Resolved;
 use super::schema::{ClipFile, Entity, Light, MeshFile, Pose, Scene, Shape};
 use crate::import::{Content, Model};
-use crate::world::{Background, Clip, DirectionalLight, Material, Transform};
+use crate::world::{Background, Clip, DirectionalLight, Transform};
 
 /// Behind models that say nothing of it, linear RGB.
 const BACKGROUND: Vec3 = Vec3::new(0.10, 0.11, 0.13);
@@ -80,8 +80,11 @@ fn played(model: &Model) -> Vec<ClipFile> {
 
 /// Whether there is anything to see by.
 pub fn shines(model: &Model) -> bool {
-    let glows = |(_, material): &(String, Material)| material.emission > 0.0;
-    model.contents().any(Content::is_light) || model.materials.iter().any(glows)
+    let worn = |content: &Content| model.materials.get(content.material()?);
+    let glows = |content: &Content| worn(content).is_some_and(|(_, m)| m.emission > 0.0);
+    model
+        .contents()
+        .any(|content| content.is_light() || glows(content))
 }
 
 /// A light that shines from a direction.

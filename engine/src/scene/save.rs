@@ -172,13 +172,14 @@ fn at_rest(world: &World, entity: Entity) -> Transform {
     }
 }
 
-/// A component of an entity, or of the first part of its mesh file.
+/// A component of an entity, or of the first thing of its model file that has it.
 fn of_part<T: Component + Clone>(world: &World, entity: Entity) -> Option<T> {
-    let parts = world.get::<Children>(entity);
-    let parts = parts.into_iter().flat_map(|children| children.iter());
-    let mut own =
-        std::iter::once(entity).chain(parts.filter(|&part| world.get::<Imported>(part).is_some()));
-    own.find_map(|part| world.get::<T>(part).cloned())
+    let own = world.get::<T>(entity).cloned();
+    own.or_else(|| {
+        let parts = world.get::<Children>(entity)?.iter();
+        let mut imported = parts.filter(|&part| world.get::<Imported>(part).is_some());
+        imported.find_map(|part| of_part(world, part))
+    })
 }
 
 /// Poses that came from no file are left out: there is nothing to load them from.

@@ -144,6 +144,9 @@ fn store_textures(
 ) -> HashMap<TextureKey, TextureId> {
     let mut store = world.get_resource_or_init::<Textures>();
     let mut stored = HashMap::new();
+    // By name: the order of a hash map would give textures other rows from run to run.
+    let mut textures: Vec<_> = textures.into_iter().collect();
+    textures.sort_by_key(|(key, _)| format!("{key:?}"));
     for (key, texture) in textures {
         if let Some(texture) = texture {
             stored.insert(key, store.add(texture));

@@ -12,6 +12,9 @@ use super::{Deformation, Structure, Table};
 /// too). What lies beyond is reported and left out.
 pub const FARTHEST: f64 = 1e18;
 
+/// Largest texture coordinate: f32 counts a map's texels no further, and the squares of spans between two still fit it.
+const FARTHEST_UV: f32 = 1_048_576.0;
+
 /// Row of [`Meshes`].
 #[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 #[reflect(Clone, PartialEq)]
@@ -109,7 +112,7 @@ impl MeshData {
     /// to 0 to 1, so that no surface gives off more light than its material says.
     ///
     /// # Errors
-    /// A sentence that names the first number that is not finite, or a wrong count.
+    /// A sentence that names the first number that is not finite or too large, or a wrong count.
     pub fn with_looks(mut self, uvs: Vec<Vec2>, colors: Vec<Vec4>) -> Result<Self, String> {
         let count = self.vertices.len();
         for (what, found) in [
@@ -120,8 +123,14 @@ impl MeshData {
                 return Err(format!("{found} {what} for {count} vertices"));
             }
         }
-        if let Some(i) = uvs.iter().position(|uv| !uv.is_finite()) {
-            return Err(format!("texture coordinate {i} is not finite: {}", uvs[i]));
+        if let Some(i) = uvs
+            .iter()
+            .position(|uv| !(uv.abs().max_element() <= FARTHEST_UV))
+        {
+            return Err(format!(
+                "texture coordinate {i} is not finite or beyond {FARTHEST_UV:e}: {}",
+                uvs[i]
+            ));
         }
         if let Some(i) = colors.iter().position(|color| !color.is_finite()) {
             return Err(format!("colour {i} is not finite: {}", colors[i]));

@@ -6,6 +6,8 @@ use std::path::Path;
 use gltf::json::validation::{Checked, Error as Invalid, Validate};
 use gltf::{Document, Gltf, buffer};
 
+use crate::import::bytes_of;
+
 /// A document that passed the checks of its schema, and the bytes of its buffers.
 pub struct File {
     pub document: Document,
@@ -171,11 +173,7 @@ fn read_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
         ));
     }
     let path = folder.join(percent_decoded(uri));
-    // A device could be read for ever.
-    if !path.is_file() {
-        return Err(format!("there is no file `{short}`"));
-    }
-    std::fs::read(path).map_err(|error| format!("`{short}` cannot be read: {error}"))
+    bytes_of(&path).map_err(|why| format!("`{short}`: {why}"))
 }
 
 /// The bytes that a data URI holds; none: it is another kind of URI.

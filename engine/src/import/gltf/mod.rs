@@ -26,14 +26,14 @@ use file::File;
 use material::Materials;
 use primitive::Parts;
 
-use super::Model;
+use super::{Model, bytes_of};
 
 /// Reads a file and the buffers it names, which lie in its folder.
 ///
 /// # Errors
 /// A sentence without the file's name that says what is wrong, and in which part of the JSON.
 pub fn import_gltf(path: &Path) -> Result<Model, String> {
-    let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
+    let bytes = bytes_of(path)?;
     read_gltf(&bytes, path.parent().unwrap_or(Path::new("")))
 }
 

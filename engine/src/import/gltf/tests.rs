@@ -354,7 +354,7 @@ fn what_cannot_be_read_says_where_and_why() {
         (
             "\"byteLength\":60}],",
             "\"byteLength\":60,\"uri\":\"no%20such.bin\"}],",
-            "buffers[0]: there is no file `no%20such.bin`",
+            "buffers[0]: `no%20such.bin`: it cannot be read",
         ),
         (
             "\"byteLength\":60}],",

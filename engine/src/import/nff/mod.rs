@@ -21,11 +21,8 @@ mod words;
 
 use std::path::Path;
 
-use super::Model;
+use super::{Model, bytes_of};
 use stage::Stage;
-
-/// Longest file that is read, bytes.
-const LONGEST: u64 = 1 << 30;
 
 /// Reads an NFF or AFF file and those it includes, which are looked for beside it.
 ///
@@ -39,13 +36,7 @@ pub fn import_nff(path: &Path) -> Result<Model, String> {
 
 /// Latin-1 comments do not stop the reading of the numbers beside them.
 fn text_of(path: &Path) -> Result<String, String> {
-    let told = |error: std::io::Error| format!("it cannot be read: {error}");
-    let size = std::fs::metadata(path).map_err(told)?.len();
-    if size > LONGEST {
-        return Err(format!("it is longer than {} MiB", LONGEST >> 20));
-    }
-    let bytes = std::fs::read(path).map_err(told)?;
-    Ok(String::from_utf8_lossy(&bytes).into_owned())
+    Ok(String::from_utf8_lossy(&bytes_of(path)?).into_owned())
 }
 
 /// [`import_nff`] of a text; `open` gives those of included files by their names.
