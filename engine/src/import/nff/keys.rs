@@ -56,7 +56,17 @@ impl Block {
                     return Err(words.wrong("`transl`, `rot`, `scale`, `visibility` or `}`", other));
                 }
             };
-            let keys = keys(words, channel)?;
+            let mut keys = keys(words, channel)?;
+            let there = keys.len();
+            keep_rising(&mut keys);
+            if keys.len() < there {
+                warnings.push(format!(
+                    "{}: {} keys `{kind}` of `{}` are left out: they are of times gone by",
+                    words.place(),
+                    there - keys.len(),
+                    block.name
+                ));
+            }
             match track(channel, &keys) {
                 Ok(track) => block.tracks.push(track),
                 Err(why) => warnings.push(format!(
@@ -89,6 +99,16 @@ fn keys(words: &mut Words, channel: Channel) -> Result<Vec<Key>, String> {
         });
     }
     Ok(keys)
+}
+
+/// Leaves out keys of times that keys before them have passed.
+pub fn keep_rising(keys: &mut Vec<Key>) {
+    let mut latest = f64::NEG_INFINITY;
+    keys.retain(|key| {
+        let rises = key.time >= latest;
+        latest = latest.max(key.time);
+        rises
+    });
 }
 
 /// Shown until the first key says otherwise.

@@ -3,7 +3,7 @@
 use glam::{DQuat, DVec4};
 
 use super::*;
-use crate::import::nff::keys::{Key, track};
+use crate::import::nff::keys::{Key, keep_rising, track};
 use crate::world::Interpolation;
 
 fn with(files: &'static [(&str, &str)], text: &str) -> Result<Model, String> {
@@ -135,6 +135,16 @@ fn velocities_are_those_of_kochanek_and_bartels() {
     let early = track(Channel::Translation, &keys).unwrap();
     assert_eq!((early.values[0], early.values[6]), (2.0, 2.0));
     assert!(track(Channel::Translation, &keys[..3]).is_err());
+}
+
+#[test]
+fn keys_of_times_gone_by_are_left_out() {
+    let mut keys: Vec<Key> = [0.0, 1.0, 5.0, 3.0, 4.0, 5.0, 6.0]
+        .map(|time| key(time, time))
+        .into();
+    keep_rising(&mut keys);
+    let times: Vec<f64> = keys.iter().map(|key| key.time).collect();
+    assert_eq!(times, [0.0, 1.0, 5.0, 5.0, 6.0]);
 }
 
 #[test]
