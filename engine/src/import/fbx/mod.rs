@@ -66,7 +66,11 @@ pub fn read_fbx(bytes: &[u8], folder: &Path) -> Result<Model, String> {
     node::read(&scene, &shapes, &mut model);
     clip::read(&scene, bytes.len(), &mut model);
     if model.nodes.iter().all(|node| node.contents.is_empty()) {
-        return Err("it has nothing to show: no mesh, no light, no camera".into());
+        let mut why = String::from("it has nothing to show: no mesh, no light, no camera");
+        for sentence in model.warnings.sentences() {
+            why = why + "; " + &sentence;
+        }
+        return Err(why);
     }
     Ok(model)
 }
