@@ -180,7 +180,8 @@ fn physical(material: &FbxMaterial) -> Material {
     let specular = color(&maps.specular_color) * factor(&maps.specular_factor);
     let mut result = Material {
         color: base,
-        diffuse: (1.0 - mirrored) * (1.0 - passed),
+        // The tracers scatter no more of it than does not pass.
+        diffuse: 1.0 - mirrored,
         specular: highlight(specular.min(Vec3::ONE) * strength, exponent),
         ..Material::default()
     };

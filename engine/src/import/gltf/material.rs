@@ -6,7 +6,7 @@
 //! |---|---|
 //! | `b` | `color` |
 //! | metal | a mirror tinted by the base colour, the fainter the rougher: `reflection` Constant(b m g) |
-//! | what is neither mirrored nor passed on | scattered: `diffuse` (1 - m g)(1 - t) |
+//! | what is not mirrored | scattered, but for what passes: `diffuse` 1 - m g |
 //! | `r` of what is no metal | a highlight after Blinn: the exponent 2/r^4 - 2 (Walter et al. 2007, with alpha = r^2), the strength F0 (n + 8)/8, at most 1, with F0 of `ior` |
 //! | KHR_materials_transmission, KHR_materials_ior | glass: `filter` t, tinted by the base colour (`transmit` where that is white), refracted by `ior` (1.5 where the file says nothing), `reflection` Fresnel |
 //! | KHR_materials_volume | `absorption` -ln(attenuationColor) / attenuationDistance, in glass |
@@ -151,7 +151,8 @@ fn by_factors(material: &gltf::Material, rougher: f32, more_metal: f32) -> Mater
     let mirrored = metal * (1.0 - rough);
     let mut result = Material {
         color: base.truncate(),
-        diffuse: (1.0 - mirrored) * (1.0 - passed),
+        // The tracers scatter no more of it than does not pass.
+        diffuse: 1.0 - mirrored,
         specular: highlight(rough, ior, metal),
         ..Material::default()
     };
@@ -281,7 +282,7 @@ mod tests {
             "\"extensions\":{\"KHR_materials_transmission\":{\"transmissionFactor\":1},
             \"KHR_materials_volume\":{\"attenuationDistance\":2,\"attenuationColor\":[0.5,1,0]}}",
         );
-        assert_eq!((glass.transmit, glass.diffuse, glass.ior), (1.0, 0.0, 1.5));
+        assert_eq!((glass.transmit, glass.diffuse, glass.ior), (1.0, 1.0, 1.5));
         assert_eq!(glass.reflection, Reflection::Fresnel);
         let half = std::f32::consts::LN_2 / 2.0;
         assert!((glass.absorption.x - half).abs() < 1e-6 && glass.absorption.y == 0.0);

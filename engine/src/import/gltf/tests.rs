@@ -139,7 +139,7 @@ fn the_scene_of_the_corpus_is_read_as_it_is_written() {
     let material = |name: &str| model.materials.iter().find(|(n, _)| n == name).unwrap().1;
     let glass = material("glass");
     assert_eq!((glass.filter, glass.reflection), (0.9, Reflection::Fresnel));
-    assert!((glass.ior - 1.4).abs() < 1e-6 && (glass.diffuse - 0.1).abs() < 1e-6);
+    assert!((glass.ior - 1.4).abs() < 1e-6 && glass.diffuse == 1.0);
     assert!(glass.specular.is_some_and(|lobe| lobe.exponent == 2000.0));
     let lamp = material("lamp");
     assert_eq!((lamp.color, lamp.emission), (Vec3::new(1.0, 0.5, 0.0), 4.0));

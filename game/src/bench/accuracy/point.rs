@@ -22,8 +22,6 @@ const SAMPLED_SIZE: UVec2 = UVec2::new(128, 96);
 const TRUE_SAMPLES: u32 = 256;
 /// The passes that trace.
 const TRACING: [&str; 2] = ["whitted", "antialias"];
-/// Most pictures that warm up.
-const MOST_WARMING: usize = 30;
 /// Fewest pictures that a time is the median of.
 const FEWEST: usize = 5;
 
@@ -57,7 +55,7 @@ impl Effort {
                 sampled_size: SAMPLED_SIZE,
                 true_samples: TRUE_SAMPLES,
                 pictures: request.repeat as usize,
-                warming: Duration::from_millis(100),
+                warming: Duration::from_millis(250),
                 budget: Duration::from_millis(500),
             }
         }
@@ -221,7 +219,7 @@ impl<'a> Stand<'a> {
         let mut millis = Vec::new();
         let start = Instant::now();
         let mut turn = 0;
-        while turn < FEWEST || (turn < MOST_WARMING && start.elapsed() < self.effort.warming) {
+        while turn < FEWEST || start.elapsed() < self.effort.warming {
             turn += 1;
             traced(tracer, &frames[turn % 2], settings)?;
         }
