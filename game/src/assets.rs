@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use orrery_engine::scene::edit_distance;
 
 use crate::failure::Failure;
+use crate::output::note;
 
 /// The demo, inside the folder of scenes.
 pub const DEMO: &str = "demo";
@@ -30,6 +31,18 @@ pub fn find_scene(named: &Path) -> Result<PathBuf, Failure> {
         }
     }
     Err(Failure::Input(missing(named, scenes.as_deref())))
+}
+
+/// Whether a file that does not come along is there; where not, a note says what is skipped for it.
+pub fn is_there(name: &str, file: &Path) -> bool {
+    let there = file.is_file();
+    if !there {
+        note(format_args!(
+            "skipped {name}: there is no {}",
+            file.display()
+        ));
+    }
+    there
 }
 
 /// What to say of a file that is not there.

@@ -3,7 +3,7 @@
 //!
 //! The files do not come along; a scene that is not in the folder is skipped with a note.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use glam::UVec2;
@@ -15,10 +15,11 @@ use orrery_engine::trace::{Counters, Picture};
 use super::frame::backends;
 use super::report::{Better, Report, Row};
 use crate::args::{BackendChoice, BenchRequest, Common};
+use crate::assets::is_there;
 use crate::contact_sheet::{contact_sheet, halved};
 use crate::defects::Defects;
 use crate::failure::Failure;
-use crate::output::{note, progress};
+use crate::output::progress;
 use crate::{device, interrupt, stage};
 
 /// Where the files are unless it is said otherwise.
@@ -69,7 +70,9 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         .files
         .clone()
         .unwrap_or_else(|| PathBuf::from(FOLDER));
-    let there = SCENES.iter().filter(|scene| is_there(&folder, scene));
+    let there = SCENES
+        .iter()
+        .filter(|scene| is_there(scene.name, &folder.join(scene.file)));
     let there: Vec<&Scene> = there.collect();
     if there.is_empty() {
         return Err(Failure::Input(format!(
@@ -108,19 +111,6 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
 fn size_of(request: &BenchRequest, common: &Common) -> UVec2 {
     let size = if request.small { SMALL_SIZE } else { SIZE };
     common.size.unwrap_or(size)
-}
-
-fn is_there(folder: &Path, scene: &Scene) -> bool {
-    let file = folder.join(scene.file);
-    let there = file.is_file();
-    if !there {
-        note(format_args!(
-            "skipped {}: there is no {}",
-            scene.name,
-            file.display()
-        ));
-    }
-    there
 }
 
 /// One scene on one backend.

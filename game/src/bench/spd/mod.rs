@@ -19,6 +19,7 @@ use super::frame::backends;
 use super::rays::primary_rays;
 use super::report::{Better, Report, Row};
 use crate::args::{BackendChoice, BenchRequest, Common};
+use crate::assets::is_there;
 use crate::contact_sheet::contact_sheet;
 use crate::failure::Failure;
 use crate::output::{note, progress};
@@ -68,7 +69,9 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
     }
     let devices: Vec<String> = tracers.iter().map(|tracer| tracer.device()).collect();
     let mut reference = device::open_choice(BackendChoice::Reference, common)?;
-    let there = SCENES.iter().filter(|scene| is_there(&folder, scene));
+    let there = SCENES
+        .iter()
+        .filter(|scene| is_there(scene.name, &file_of(&folder, scene)));
     let there: Vec<&Published> = there.collect();
     if there.is_empty() {
         return Err(Failure::Input(format!(
@@ -142,19 +145,6 @@ fn remarks(settings: &TraceSettings) -> Vec<String> {
 
 fn file_of(folder: &Path, scene: &Published) -> PathBuf {
     folder.join(format!("{}_s{}.nff", scene.name, scene.size))
-}
-
-fn is_there(folder: &Path, scene: &Published) -> bool {
-    let file = file_of(folder, scene);
-    let there = file.is_file();
-    if !there {
-        note(format_args!(
-            "skipped {}: there is no {}",
-            scene.name,
-            file.display()
-        ));
-    }
-    there
 }
 
 fn frame_of(file: &Path, common: &Common, settings: &TraceSettings) -> Result<FrameScene, Failure> {
