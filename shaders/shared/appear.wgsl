@@ -43,7 +43,7 @@ fn appear(found: Found, plain: Surface, dir: vec3f, width: f32) -> Surface {
 #endif
     surface.color *= mapped(material, look, footprint);
 #ifdef NORMAL_MAPS
-    if material.normal_map == NONE || area == 0.0 {
+    if !look.is_placed || material.normal_map == NONE || area == 0.0 {
         return surface;
     }
     let face = cross(triangles[found.triangle].b - a, triangles[found.triangle].c - a);

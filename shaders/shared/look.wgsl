@@ -3,7 +3,7 @@
 // Twin: engine/src/trace/cpu/look.rs.
 #define_import_path orrery::look
 
-#import orrery::types::{MaterialRow, NONE}
+#import orrery::types::{LOOK_UNPLACED, MaterialRow, NONE}
 #import orrery::scene::{instances, materials, triangles, vertices}
 #ifdef TEXTURES
 #import orrery::texture::sample
@@ -11,6 +11,8 @@
 
 struct Look {
     uv: vec2f,
+    // Else pictures do not show here.
+    is_placed: bool,
     // Of the vertices: linear RGB and alpha.
     color: vec4f,
 }
@@ -22,19 +24,22 @@ fn look_at(row: u32, triangle: u32, weights: vec2f) -> Look {
     let w = 1.0 - weights.x - weights.y;
     let place = vertices[at.x].vector * w + vertices[at.y].vector * weights.x + vertices[at.z].vector * weights.y;
     var color = vec3f(1.0);
+    var is_placed = true;
 #ifdef VERTEX_COLORS
-    if vertices[at.x].further != 0u {
-        let on = at + vertices[at.x].further;
+    let further = vertices[at.x].further & ~LOOK_UNPLACED;
+    is_placed = further == vertices[at.x].further;
+    if further != 0u {
+        let on = at + further;
         color = vertices[on.x].vector * w + vertices[on.y].vector * weights.x + vertices[on.z].vector * weights.y;
     }
 #endif
-    return Look(place.xy, vec4f(color, place.z));
+    return Look(place.xy, is_placed, vec4f(color, place.z));
 }
 
 // The product of the vertices' colour and the map's.
 fn mapped(material: MaterialRow, look: Look, footprint: f32) -> vec3f {
 #ifdef TEXTURES
-    if material.color_map != NONE {
+    if look.is_placed && material.color_map != NONE {
         return look.color.rgb * sample(material.color_map, look.uv, footprint).rgb;
     }
 #endif
@@ -60,7 +65,7 @@ fn is_hole(row: u32, triangle: u32, weights: vec2f) -> bool {
     let look = look_at(row, triangle, weights);
     var alpha = look.color.a;
 #ifdef TEXTURES
-    if material.color_map != NONE {
+    if look.is_placed && material.color_map != NONE {
         alpha *= sample(material.color_map, look.uv, 0.0).a;
     }
 #endif

@@ -17,6 +17,7 @@ const ROOT_OF_SPHERES: u32 = 0x80000000u;
 const MATERIAL_FRESNEL: u32 = 1u;
 const MATERIAL_MIRROR: u32 = 2u;
 const MATERIAL_TRANSMITS: u32 = 4u;
+const LOOK_UNPLACED: u32 = 0x80000000u;
 const WRAP_REPEAT: u32 = 0u;
 const WRAP_CLAMP: u32 = 1u;
 const WRAP_MIRROR: u32 = 2u;

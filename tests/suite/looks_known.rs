@@ -110,6 +110,44 @@ fn colours_of_vertices_are_mixed() {
     }
 }
 
+/// Behind a textured square, so that textures are compiled in: one with colours alone, in the same material.
+#[test]
+fn pictures_do_not_show_where_there_are_no_coordinates() {
+    let glow = Material {
+        color: Vec3::ONE,
+        diffuse: 0.0,
+        emission: 1.0,
+        color_map: Some(TextureId(0)),
+        normal_map: Some(TextureId(0)),
+        alpha_cutoff: Some(0.25),
+        ..Material::default()
+    };
+    let dark = ramp([1, 1], &[[60, 120, 30, 50]]);
+    let mut scene = square(glow, vec![dark], Vec::new());
+    let textured = scene.meshes[0].data.as_ref().clone();
+    let bare = MeshData {
+        uvs: Vec::new(),
+        ..textured
+    };
+    let colors = vec![Vec4::new(0.5, 1.0, 0.75, 0.5); 4];
+    let bare = bare
+        .with_looks(Vec::new(), colors)
+        .expect("colours that fit");
+    scene.meshes.push(bare.into());
+    let mut behind = scene.instances[0];
+    behind.shape = Shape::Mesh(1);
+    behind.world_from_local = DAffine3::from_translation(DVec3::NEG_Z * 1e-3);
+    scene.instances.push(behind);
+    scene.features = Features::of(&scene);
+    assert!(scene.features.textures && scene.features.cutouts);
+    for mut tracer in tracers() {
+        // The square in front has an alpha of 50 / 255 everywhere, so it is not there.
+        let seen = traced(&mut *tracer, &scene, [4, 4]).pixels[5];
+        let off = (seen - Vec3::new(0.5, 1.0, 0.75)).abs().max_element();
+        assert!(off < 1e-5, "{}: {seen}", tracer.backend());
+    }
+}
+
 /// The square as a floor with a copy of it above, whose right half is a hole; a light above, the eye between.
 #[test]
 fn holes_let_light_through() {

@@ -44,6 +44,8 @@ pub const MATERIAL_FRESNEL: u32 = 1;
 pub const MATERIAL_MIRROR: u32 = 2;
 /// [`MaterialRow::flags`]: lets light through.
 pub const MATERIAL_TRANSMITS: u32 = 4;
+/// Flag of [`VertexRow::further`]: the mesh has no texture coordinates, so its material's pictures do not show.
+pub const LOOK_UNPLACED: u32 = 1 << 31;
 /// Beyond a texture's edge comes the texture again.
 pub const WRAP_REPEAT: u32 = 0;
 /// Beyond a texture's edge comes the texel at the edge.
@@ -253,7 +255,8 @@ impl PlacedTriangleRow {
 pub struct VertexRow {
     /// Position, normal, texture coordinates and alpha, or linear RGB.
     pub vector: [f32; 3],
-    /// Texture coordinates: how many rows on the vertex has its colour; 0: it has none. Others: 0.
+    /// Texture coordinates: how many rows on the vertex has its colour; 0: it has none; with [`LOOK_UNPLACED`] where the
+    /// coordinates are none. Others: 0.
     pub further: u32,
 }
 

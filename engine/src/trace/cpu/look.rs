@@ -8,7 +8,7 @@ use glam::{Vec2, Vec3, Vec4};
 use super::surface::Surface;
 use super::texture::sample;
 use super::traverse::Found;
-use crate::frame::wire::{InstanceRow, KIND_MESH, MaterialRow, NONE, TriangleRow};
+use crate::frame::wire::{InstanceRow, KIND_MESH, LOOK_UNPLACED, MaterialRow, NONE, TriangleRow};
 use crate::geom::unit_or;
 use crate::trace::PackedScene;
 use crate::trace::pack::PackedMesh;
@@ -20,7 +20,8 @@ const TINY: f32 = 1e-30;
 
 /// Looks of a point of a triangle.
 struct Look {
-    uv: Vec2,
+    /// None: pictures do not show here.
+    uv: Option<Vec2>,
     /// Of the vertices: linear RGB and alpha.
     color: Vec4,
 }
@@ -55,8 +56,10 @@ impl Cutout {
     ) -> bool {
         let look = look_at(mesh, triangle, weights);
         let mut alpha = look.color.w;
-        if self.color_map != NONE {
-            alpha *= sample(&scene.texels.memory, self.color_map, look.uv, 0.0).w;
+        if let Some(uv) = look.uv
+            && self.color_map != NONE
+        {
+            alpha *= sample(&scene.texels.memory, self.color_map, uv, 0.0).w;
         }
         alpha < self.least
     }
@@ -67,17 +70,19 @@ fn look_at(mesh: &PackedMesh, triangle: &TriangleRow, [u, v]: [f32; 2]) -> Look 
     let weights = [1.0 - u - v, u, v];
     let first = mesh.looks_start();
     let (mut place, mut color) = (Vec3::ZERO, Vec3::ZERO);
+    let mut is_placed = true;
     for (corner, weight) in triangle.corners.into_iter().zip(weights) {
         let at = first + corner as usize;
         let row = &mesh.vertices[at];
         place += Vec3::from(row.vector) * weight;
-        color += match row.further {
+        is_placed &= row.further & LOOK_UNPLACED == 0;
+        color += match row.further & !LOOK_UNPLACED {
             0 => Vec3::ONE,
             further => Vec3::from(mesh.vertices[at + further as usize].vector),
         } * weight;
     }
     Look {
-        uv: Vec2::new(place.x, place.y),
+        uv: is_placed.then_some(place.truncate()),
         color: color.extend(place.z),
     }
 }
@@ -97,11 +102,13 @@ pub fn tint(scene: &PackedScene, found: &Found, material: &MaterialRow) -> Vec3 
 /// The product of the vertices' colour and the map's.
 fn mapped(scene: &PackedScene, material: &MaterialRow, look: &Look, footprint: f32) -> Vec3 {
     let color = look.color.truncate();
-    if material.color_map == NONE {
-        return color;
+    match look.uv {
+        Some(uv) if material.color_map != NONE => {
+            let map = sample(&scene.texels.memory, material.color_map, uv, footprint);
+            color * map.truncate()
+        }
+        _ => color,
     }
-    let map = sample(&scene.texels.memory, material.color_map, look.uv, footprint);
-    color * map.truncate()
 }
 
 /// Gives a surface the colour and the normal that a ray sees whose cone is `width` wide there.
@@ -127,9 +134,9 @@ pub fn appear(scene: &PackedScene, found: &Found, surface: &mut Surface, dir: Ve
     let footprint = density * width / slant;
     surface.color *= mapped(scene, surface.material, &look, footprint);
     let normal_map = surface.material.normal_map;
-    if normal_map == NONE || area == 0.0 {
+    let Some(uv) = look.uv.filter(|_| normal_map != NONE && area != 0.0) else {
         return;
-    }
+    };
     let outward = row.local_from_world.transposed_vector((b - a).cross(c - a));
     let side = if surface.n_geom.dot(outward) < 0.0 {
         -1.0
@@ -139,7 +146,7 @@ pub fn appear(scene: &PackedScene, found: &Found, surface: &mut Surface, dir: Ve
     // Along u, and against v: up the picture.
     let right = (edges[0] * spans[1].y - edges[1] * spans[0].y) * area.signum();
     let up = (edges[0] * spans[1].x - edges[1] * spans[0].x) * area.signum();
-    let map = sample(&scene.texels.memory, normal_map, look.uv, footprint);
+    let map = sample(&scene.texels.memory, normal_map, uv, footprint);
     let tilt = map.truncate() * 2.0 - 1.0;
     let tilted = tilted(surface.n_shade * side, right, up, tilt) * side;
     if tilted.dot(surface.n_geom) > 0.0 {

@@ -10,7 +10,7 @@ use super::arena::Arena;
 use super::deform::{Adjacency, deform_positions, vertex_normals};
 use super::reach::Reach;
 use crate::bvh::{Bounds, Extent, Node4, Tree};
-use crate::frame::wire::{NONE, ROOT_OF_SPHERES, TriangleRow, VertexRow};
+use crate::frame::wire::{LOOK_UNPLACED, NONE, ROOT_OF_SPHERES, TriangleRow, VertexRow};
 use crate::geom::Aabb;
 use crate::world::{Deformation, MeshData, MeshRow, Structure};
 
@@ -368,17 +368,18 @@ fn add_looks(data: &MeshData, rows: &mut Vec<VertexRow>) {
         return;
     }
     let count = data.positions.len();
-    let further = if data.colors.is_empty() {
-        0
+    let unplaced = if data.uvs.is_empty() {
+        LOOK_UNPLACED
     } else {
-        count as u32
+        0
     };
+    let to_color = if data.colors.is_empty() { 0 } else { count };
     rows.extend((0..count).map(|i| {
         let uv = data.uvs.get(i).copied().unwrap_or_default();
         let alpha = data.colors.get(i).map_or(1.0, |color| color.w);
         VertexRow {
             vector: [uv.x, uv.y, alpha],
-            further,
+            further: to_color as u32 | unplaced,
         }
     }));
     rows.extend(data.colors.iter().map(|color| VertexRow {

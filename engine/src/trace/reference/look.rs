@@ -12,8 +12,8 @@ use crate::world::{Level, Material, MeshData, Texture, TextureId, Wrap};
 
 /// Looks of a point of a triangle: texture coordinates, and the vertices' colour.
 pub struct Look {
-    /// (0, 0) is the upper left corner.
-    pub uv: DVec2,
+    /// (0, 0) is the upper left corner; none: the mesh has none, and pictures do not show on it.
+    pub uv: Option<DVec2>,
     /// Linear RGB and alpha.
     pub color: DVec4,
 }
@@ -25,16 +25,17 @@ pub fn look_at(mesh: &MeshData, prim: u32, weights: DVec2) -> Option<Look> {
     }
     let corners = mesh.triangles[prim as usize].map(|i| i as usize);
     let weights = [1.0 - weights.x - weights.y, weights.x, weights.y];
-    let mut look = Look {
-        uv: DVec2::ZERO,
-        color: DVec4::ZERO,
-    };
+    let (mut uv, mut color) = (DVec2::ZERO, DVec4::ZERO);
     for (corner, weight) in corners.into_iter().zip(weights) {
-        look.uv += mesh.uvs.get(corner).map_or(DVec2::ZERO, |uv| uv.as_dvec2()) * weight;
-        let color = mesh.colors.get(corner);
-        look.color += color.map_or(DVec4::ONE, |color| color.as_dvec4()) * weight;
+        let own = mesh.uvs.get(corner);
+        uv += own.map_or(DVec2::ZERO, |uv| uv.as_dvec2()) * weight;
+        let own = mesh.colors.get(corner);
+        color += own.map_or(DVec4::ONE, |color| color.as_dvec4()) * weight;
     }
-    Some(look)
+    Some(Look {
+        uv: (!mesh.uvs.is_empty()).then_some(uv),
+        color,
+    })
 }
 
 /// The texture of a row that has something to show.
@@ -63,8 +64,8 @@ impl Cutout {
         let Some(look) = look_at(mesh, hit.prim, hit.uv) else {
             return false;
         };
-        let map = self.color_map.as_ref();
-        let alpha = map.map_or(1.0, |map| sample(map, look.uv, 0.0).w);
+        let map = self.color_map.as_ref().zip(look.uv);
+        let alpha = map.map_or(1.0, |(map, uv)| sample(map, uv, 0.0).w);
         look.color.w * alpha < self.least
     }
 }

@@ -160,17 +160,20 @@ impl Whitted<'_> {
         let Some((look, chart)) = self.world.look(hit) else {
             return;
         };
+        surface.color *= look.color.truncate();
+        let Some(uv) = look.uv else {
+            return;
+        };
         let footprint = chart.footprint(surface.width, dir.dot(surface.n_geom));
         let material = &surface.material;
-        surface.color *= look.color.truncate();
         if let Some(map) = look::texture(self.scene, material.color_map) {
-            surface.color *= look::sample(map, look.uv, footprint).truncate();
+            surface.color *= look::sample(map, uv, footprint).truncate();
         }
         let Some(map) = look::texture(self.scene, material.normal_map) else {
             return;
         };
         let side = if is_outward { 1.0 } else { -1.0 };
-        let map = look::sample(map, look.uv, footprint).truncate();
+        let map = look::sample(map, uv, footprint).truncate();
         let tilted = chart.tilted(surface.n_shade * side, map);
         if let Some(tilted) = tilted.filter(|n| n.dot(surface.n_geom) * side > 0.0) {
             surface.n_shade = tilted * side;
@@ -182,8 +185,9 @@ impl Whitted<'_> {
         let mut color = material.color.as_dvec3();
         if let Some((look, _)) = self.world.look(hit) {
             color *= look.color.truncate();
-            if let Some(map) = look::texture(self.scene, material.color_map) {
-                color *= look::sample(map, look.uv, 0.0).truncate();
+            let map = look::texture(self.scene, material.color_map);
+            if let Some((map, uv)) = map.zip(look.uv) {
+                color *= look::sample(map, uv, 0.0).truncate();
             }
         }
         color
