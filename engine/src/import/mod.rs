@@ -18,8 +18,8 @@ pub use gltf::{import_gltf, read_gltf};
 pub use model::{Content, Joints, Model, Node, Part, Solid, Warnings};
 pub use mtl::{material_of, with_pictures};
 pub use nff::{import_nff, import_nff_text};
-pub use obj::import_obj;
-pub use picture::{Pictures, decode_texture, import_sky, import_texture};
+pub use obj::{import_obj, read_obj};
+pub use picture::{Pictures, decode_sky, decode_texture, import_sky, import_texture};
 pub use poses::import_pose;
 pub use smooth::{smooth, smooth_part};
 

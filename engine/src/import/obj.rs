@@ -13,7 +13,7 @@ use super::{
     Content, Model, Node, Outline, Part, Pictures, Warnings, bytes_of, caught, material_of,
     with_pictures,
 };
-use crate::world::{MeshData, Polygon, triangulate};
+use crate::world::{MeshData, triangulate_face};
 
 /// Reads an OBJ file and the MTL files it names, which are looked for beside it.
 ///
@@ -21,16 +21,27 @@ use crate::world::{MeshData, Polygon, triangulate};
 /// A sentence without the file's name: it cannot be opened, is no OBJ, has no face, or names a vertex
 /// that is not there or not finite. A material file that is missing or bad is a warning.
 pub fn import_obj(path: &Path) -> Result<Model, String> {
-    with_text(path, |text| read(text, path))
+    let folder = path.parent().unwrap_or(Path::new(""));
+    read_obj(&bytes_of(path)?, folder, &|name| {
+        bytes_of(&folder.join(name))
+    })
 }
 
-/// Hands a file's text to a reader.
-fn with_text<T>(path: &Path, read: impl FnOnce(&str) -> Result<T, String>) -> Result<T, String> {
-    let bytes = bytes_of(path)?;
+/// [`import_obj`] for bytes. `open` gives those of its material files by their names; pictures are in the folder.
+///
+/// # Errors
+/// See [`import_obj`].
+pub fn read_obj(bytes: &[u8], folder: &Path, open: &Open) -> Result<Model, String> {
+    read(&text_of(bytes), folder, open)
+}
+
+/// Gives the bytes of a file beside the model.
+type Open<'a> = dyn Fn(&Path) -> Result<Vec<u8>, String> + 'a;
+
+/// The text without what is known to make tobj 4.0 panic; what is not, is caught by those who call importers.
+fn text_of(bytes: &[u8]) -> String {
     // Some exporters write Latin-1 names; geometry is ASCII.
-    let text = String::from_utf8_lossy(&bytes);
-    // What is known to make tobj 4.0 panic is taken out; what is not, is caught by those who call importers.
-    read(&plain(&text))
+    plain(&String::from_utf8_lossy(bytes))
 }
 
 /// The text without what tobj 4.0 refuses but geometry does not need: colours after a vertex (some files
@@ -56,16 +67,11 @@ fn plain(text: &str) -> String {
     plain
 }
 
-fn read(text: &str, path: &Path) -> Result<Model, String> {
+fn read(text: &str, folder: &Path, open: &Open) -> Result<Model, String> {
     // tobj asks for material files through a shared closure.
     let warnings = RefCell::new(Warnings::default());
-    let folder = path.parent().unwrap_or(Path::new(""));
     let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |name| {
-        Ok(load_materials(
-            &folder.join(name),
-            name,
-            &mut warnings.borrow_mut(),
-        ))
+        Ok(load_materials(name, open, &mut warnings.borrow_mut()))
     });
     let (models, materials) =
         loaded.map_err(|error| format!("it is not a valid OBJ file: {error}"))?;
@@ -130,19 +136,18 @@ fn options() -> tobj::LoadOptions {
 /// # Errors
 /// A sentence without the file's name: it cannot be opened or is no OBJ.
 pub(super) fn outlines(path: &Path) -> Result<Vec<(Outline, Vec<DVec3>)>, String> {
-    with_text(path, |text| {
-        let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |_| {
-            Ok((Vec::new(), HashMap::new()))
-        });
-        let (models, _) = loaded.map_err(|error| format!("it is not a valid OBJ file: {error}"))?;
-        let parts = models.iter().map(|model| {
-            let vertices = points(&model.mesh.positions);
-            (outline_of(&model.mesh), vertices)
-        });
-        Ok(parts
-            .filter(|(outline, _)| !outline.corners.is_empty())
-            .collect())
-    })
+    let text = text_of(&bytes_of(path)?);
+    let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |_| {
+        Ok((Vec::new(), HashMap::new()))
+    });
+    let (models, _) = loaded.map_err(|error| format!("it is not a valid OBJ file: {error}"))?;
+    let parts = models.iter().map(|model| {
+        let vertices = points(&model.mesh.positions);
+        (outline_of(&model.mesh), vertices)
+    });
+    Ok(parts
+        .filter(|(outline, _)| !outline.corners.is_empty())
+        .collect())
 }
 
 fn outline_of(mesh: &tobj::Mesh) -> Outline {
@@ -160,11 +165,11 @@ fn points(flat: &[f64]) -> Vec<DVec3> {
 
 /// Entries of one MTL file; a file that cannot be read is a warning and no entries.
 fn load_materials(
-    path: &Path,
     name: &Path,
+    open: &Open,
     warnings: &mut Warnings,
 ) -> (Vec<tobj::Material>, HashMap<String, usize>) {
-    let read = bytes_of(path).and_then(|bytes| {
+    let read = open(name).and_then(|bytes| {
         let text = plain_materials(&String::from_utf8_lossy(&bytes), name, warnings);
         caught("MTL", || {
             tobj::load_mtl_buf(&mut text.as_bytes())
@@ -214,7 +219,13 @@ fn mesh_of(source: &tobj::Model, warnings: &mut Warnings) -> Result<(MeshData, V
     let mut triangles = Vec::new();
     for corners in faces(source)? {
         match cut(&corners, &positions) {
-            Ok(cut) => {
+            Ok((cut, is_twisted)) => {
+                if is_twisted {
+                    warnings.push(format!(
+                        "a face of `{}` crosses itself; it is cut into triangles that fold over",
+                        source.name
+                    ));
+                }
                 for triangle in cut {
                     let mut rows = [0; 3];
                     for (row, corner) in rows.iter_mut().zip(triangle) {
@@ -328,12 +339,10 @@ impl Weld {
     }
 }
 
-/// Triangles of a face with its own winding.
-fn cut(corners: &[Corner], positions: &[DVec3]) -> Result<Vec<[Corner; 3]>, String> {
-    match *corners {
-        [a, b, c] => return Ok(vec![[a, b, c]]),
-        [] | [_] | [_, _] => return Err("it has fewer than three corners".into()),
-        _ => {}
+/// Triangles of a face with its own winding, and whether it crosses itself.
+fn cut(corners: &[Corner], positions: &[DVec3]) -> Result<(Vec<[Corner; 3]>, bool), String> {
+    if let &[a, b, c] = corners {
+        return Ok((vec![[a, b, c]], false));
     }
     let place = |corner: &Corner| {
         positions.get(corner.0 as usize).copied().ok_or_else(|| {
@@ -345,11 +354,10 @@ fn cut(corners: &[Corner], positions: &[DVec3]) -> Result<Vec<[Corner; 3]>, Stri
         })
     };
     let outline: Vec<DVec3> = corners.iter().map(place).collect::<Result<_, _>>()?;
-    let mesh = triangulate(&Polygon {
-        loops: vec![outline],
-    })?;
+    let cut = triangulate_face(&outline)?;
     let corner = |i: u32| corners[i as usize];
-    Ok(mesh.triangles.iter().map(|t| t.map(corner)).collect())
+    let triangles = cut.triangles.iter().map(|t| t.map(corner));
+    Ok((triangles.collect(), cut.is_twisted))
 }
 
 #[cfg(test)]

@@ -83,9 +83,16 @@ fn decode(bytes: &[u8], ending: Option<&str>) -> Result<DynamicImage, String> {
 /// # Errors
 /// See [`import_texture`].
 pub fn import_sky(path: &Path) -> Result<Texture, String> {
-    let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
     let ending = path.extension().and_then(|ending| ending.to_str());
-    let picture = caught("pictures", || decode(&bytes, ending))?;
+    decode_sky(&bytes_of(path)?, ending)
+}
+
+/// [`import_sky`] for the bytes of a file; the ending of its name tells what the bytes do not.
+///
+/// # Errors
+/// See [`import_texture`].
+pub fn decode_sky(bytes: &[u8], ending: Option<&str>) -> Result<Texture, String> {
+    let picture = caught("pictures", || decode(bytes, ending))?;
     let is_linear = matches!(
         picture,
         DynamicImage::ImageRgb32F(_) | DynamicImage::ImageRgba32F(_)

@@ -43,7 +43,7 @@ pub use material::{Lobe, Material, Reflection};
 pub use mesh::{FARTHEST, MeshData, MeshId, MeshRow, Meshes};
 pub use motion::{Orbit, PathMotion, Rest, Spin, Sway, move_things};
 pub use own_mesh::derive_own_meshes;
-pub use polygon::{newell_normal, triangulate};
+pub use polygon::{FaceCut, newell_normal, triangulate, triangulate_face};
 pub use propagate::{Inherited, mark_reparented, propagate, propagate_alone};
 pub use shape::{
     Cone, Cuboid, Cylinder, Disc, Mesh, OwnMesh, Plane, Polygon, Sphere, Surface, Torus,

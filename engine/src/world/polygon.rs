@@ -5,12 +5,16 @@
 //! polygons by the even-odd rule in that same plane; the tests compare the two.
 
 mod clip;
+mod ears;
+mod edges;
+mod near;
 
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
 use super::{MeshData, Polygon};
+use ears::Cut;
 
 /// Name of the mesh that a polygon is cut into.
 pub(super) const POLYGON: &str = "polygon";
@@ -28,9 +32,7 @@ pub fn triangulate(polygon: &Polygon) -> Result<MeshData, String> {
     if !(normal.length_squared() > 0.0) {
         return Err("its outer loop has no area, or a corner is not finite".into());
     }
-    let (axis, u, v) = dominant_axes(normal);
     let vertices: Vec<DVec3> = polygon.loops.iter().flatten().copied().collect();
-    let flat: Vec<DVec2> = vertices.iter().map(|p| DVec2::new(p[u], p[v])).collect();
     let mut start = 0;
     let ranges: Vec<Range<usize>> = polygon
         .loops
@@ -40,16 +42,85 @@ pub fn triangulate(polygon: &Polygon) -> Result<MeshData, String> {
             start - corners.len()..start
         })
         .collect();
-    let mut triangles = clip::clip(&flat, &ranges);
-    if normal[axis] < 0.0 {
-        triangles
-            .iter_mut()
-            .for_each(|[_, b, c]| std::mem::swap(b, c));
-    }
+    let triangles = cut(&vertices, &ranges, normal).triangles;
     if triangles.is_empty() {
         return Err("no triangle came out of cutting it".into());
     }
     MeshData::new(POLYGON, vertices, Vec::new(), triangles)
+}
+
+/// What a face of a file is cut into.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FaceCut {
+    /// By number of the corner, with the face's winding.
+    pub triangles: Vec<[u32; 3]>,
+    /// The face crosses itself, as it looks along its normal: its triangles fold over one another.
+    pub is_twisted: bool,
+}
+
+/// Triangles between all corners of a face, also of one that crosses itself: no edge of it is left without a triangle,
+/// so that meshes have no holes.
+///
+/// # Errors
+/// A sentence: fewer than three corners, no area, or a corner that is not finite.
+pub fn triangulate_face(corners: &[DVec3]) -> Result<FaceCut, String> {
+    if corners.len() < 3 {
+        return Err("it has fewer than three corners".into());
+    }
+    if !corners.iter().all(|corner| corner.is_finite()) {
+        return Err("a corner is not finite".into());
+    }
+    let normal = newell_normal(corners);
+    let flat = match normal.length_squared() > 0.0 {
+        true => cut(corners, std::slice::from_ref(&(0..corners.len())), normal),
+        false => Cut {
+            is_knot: true,
+            rest: (0..corners.len() as u32).collect(),
+            ..Cut::default()
+        },
+    };
+    let mut triangles = flat.triangles;
+    match (flat.is_knot, corners) {
+        (true, &[a, b, c, d]) => triangles = quad(&[a, b, c, d]),
+        _ => triangles.extend(fan(&flat.rest)),
+    }
+    let has_area = |t: &[u32; 3]| newell_normal(&t.map(|i| corners[i as usize])) != DVec3::ZERO;
+    if !triangles.iter().any(has_area) {
+        return Err("it has no area".into());
+    }
+    Ok(FaceCut {
+        triangles,
+        is_twisted: flat.is_knot,
+    })
+}
+
+/// Two triangles that meet at the shorter diagonal.
+fn quad([a, b, c, d]: &[DVec3; 4]) -> Vec<[u32; 3]> {
+    match a.distance_squared(*c) <= b.distance_squared(*d) {
+        true => vec![[0, 1, 2], [0, 2, 3]],
+        false => vec![[0, 1, 3], [1, 2, 3]],
+    }
+}
+
+/// Triangles from the first of these corners to all others.
+fn fan(corners: &[u32]) -> impl Iterator<Item = [u32; 3]> {
+    let first = corners.first().copied().unwrap_or_default();
+    let rest = corners.get(1..).unwrap_or_default();
+    rest.windows(2).map(move |pair| [first, pair[0], pair[1]])
+}
+
+/// Cuts loops as they look along the largest axis of a normal, with the winding of the first.
+fn cut(vertices: &[DVec3], loops: &[Range<usize>], normal: DVec3) -> Cut {
+    let (axis, u, v) = dominant_axes(normal);
+    let flat: Vec<DVec2> = vertices.iter().map(|p| DVec2::new(p[u], p[v])).collect();
+    let mut cut = clip::clip(&flat, loops);
+    if normal[axis] < 0.0 {
+        for [_, b, c] in &mut cut.triangles {
+            std::mem::swap(b, c);
+        }
+        cut.rest.reverse();
+    }
+    cut
 }
 
 /// Twice the area times the unit normal of a loop (Newell's method: robust for concave loops).

@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use glam::{DVec3, Vec3};
 
-use crate::world::{MeshData, Polygon, newell_normal, triangulate};
+use crate::world::{MeshData, newell_normal, triangulate_face};
 
 /// Triangles of one mesh.
 const TRIANGLES: usize = 1 << 20;
@@ -22,20 +22,18 @@ pub struct Batch {
 }
 
 impl Batch {
-    /// Adds a polygon of any number of corners, concave ones too. All have normals, or none.
+    /// Adds a polygon of any number of corners, concave ones too, and says whether it crosses itself. All have
+    /// normals, or none.
     ///
     /// # Errors
     /// Why it is no polygon.
-    pub fn add(&mut self, corners: &[Corner]) -> Result<(), String> {
+    pub fn add(&mut self, corners: &[Corner]) -> Result<bool, String> {
         let outline: Vec<DVec3> = corners.iter().map(|corner| corner.0).collect();
-        let cut = match corners.len() {
-            0..3 => return Err("it has fewer than three corners".into()),
-            3 => vec![[0, 1, 2]],
+        let (cut, is_twisted) = match corners.len() {
+            3 => (vec![[0, 1, 2]], false),
             _ => {
-                let polygon = Polygon {
-                    loops: vec![outline.clone()],
-                };
-                triangulate(&polygon)?.triangles
+                let cut = triangulate_face(&outline)?;
+                (cut.triangles, cut.is_twisted)
             }
         };
         let is_smooth = corners.iter().any(|corner| corner.1 != Vec3::ZERO);
@@ -52,7 +50,7 @@ impl Batch {
             });
             self.triangles.push(rows);
         }
-        Ok(())
+        Ok(is_twisted)
     }
 
     fn row(&mut self, place: DVec3, normal: Vec3) -> u32 {

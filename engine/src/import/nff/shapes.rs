@@ -156,8 +156,14 @@ impl Stage<'_> {
         };
         let batch = scope.batches.entry(key).or_default();
         let full = batch.is_full().then(|| std::mem::take(batch));
-        if let Err(why) = batch.add(corners) {
-            self.leave_out(words, "polygon", &why);
+        match batch.add(corners) {
+            Ok(false) => {}
+            Ok(true) => {
+                let warning = "a polygon crosses itself; it is cut into triangles that fold over";
+                let warning = format!("{}: {warning}", words.place());
+                self.model.warnings.push(warning);
+            }
+            Err(why) => self.leave_out(words, "polygon", &why),
         }
         match full {
             Some(batch) => self.part_of(batch, key.0),

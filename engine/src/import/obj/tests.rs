@@ -2,7 +2,9 @@ use super::*;
 use crate::world::newell_normal;
 
 fn import(text: &str) -> Result<Model, String> {
-    read(&plain(text), Path::new("nowhere/x.obj"))
+    read_obj(text.as_bytes(), Path::new("nowhere"), &|_| {
+        Err("it cannot be read: it is not there".into())
+    })
 }
 
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\n";
@@ -176,4 +178,13 @@ fn corners_that_differ_in_their_texture_coordinate_alone_are_vertices_of_their_o
     );
     let odd = import(&format!("{SQUARE}vt nan 0\nf 1/1 2/1 3/1\n"));
     assert!(odd.is_err() || odd.unwrap().parts[0].mesh.uvs.is_empty());
+}
+
+#[test]
+fn a_face_that_crosses_itself_leaves_no_hole() {
+    let bow = format!("{SQUARE}f 1 3 2 4\n");
+    let model = import(&bow).unwrap();
+    assert_eq!(model.parts[0].mesh.triangles.len(), 2);
+    let told = model.warnings.sentences().concat();
+    assert!(told.contains("crosses itself"), "{told}");
 }

@@ -5,181 +5,95 @@
 //! by rounding. Corners on a straight edge stay corners of triangles: a neighbour that shares them fits without a gap.
 //! Ears are taken in order of corners, so a polygon that deforms keeps its triangles until one of them would turn over.
 //!
-//! Time grows with the square of the number of corners where ears are easily found, with its cube at worst.
+//! Trees over corners and edges ([`super::near`], [`super::edges`]) keep tens of thousands of corners a matter of a
+//! fraction of a second.
 
 use std::ops::Range;
 
 use glam::DVec2;
-use robust::{Coord, orient2d};
 
-/// Triangles, by index into `points`, counter-clockwise. `loops[0]` is the outer loop, the others are holes in it, each a
-/// range of points in either winding. Loops that cross themselves or each other are covered in part.
-pub(super) fn clip(points: &[DVec2], loops: &[Range<usize>]) -> Vec<[u32; 3]> {
-    let clipper = Clipper { points };
+use super::ears::{Cut, take_ears};
+use super::edges::Edges;
+use super::near::turn;
+
+/// Nearest corners that are tried at first for the line to a hole.
+const NEAREST: usize = 8;
+
+/// What a polygon is cut into. `loops[0]` is the outer loop, the others are holes in it, each a range of points in
+/// either winding. Loops that cross themselves or each other are covered in part.
+pub fn clip(points: &[DVec2], loops: &[Range<usize>]) -> Cut {
     let mut rings = loops.iter().enumerate().map(|(i, corners)| {
         let mut ring: Vec<usize> = corners.clone().collect();
-        if (clipper.area(&ring) < 0.0) != (i > 0) {
+        if (area(points, &ring) < 0.0) != (i > 0) {
             ring.reverse();
         }
         ring
     });
     let mut ring = rings.next().unwrap_or_default();
     let mut holes: Vec<Vec<usize>> = rings.collect();
-    for hole in &mut holes {
-        let rightmost = |&a: &usize, &b: &usize| points[hole[a]].x.total_cmp(&points[hole[b]].x);
-        let first = (0..hole.len()).max_by(rightmost).unwrap_or(0);
-        hole.rotate_left(first);
+    if !holes.is_empty() {
+        for hole in &mut holes {
+            let rightmost =
+                |&a: &usize, &b: &usize| points[hole[a]].x.total_cmp(&points[hole[b]].x);
+            let first = (0..hole.len()).max_by(rightmost).unwrap_or(0);
+            hole.rotate_left(first);
+        }
+        holes.sort_by(|a, b| points[b[0]].x.total_cmp(&points[a[0]].x));
+        let mut edges = Edges::new(points, loops);
+        for hole in &holes {
+            open(points, &mut ring, hole, &mut edges);
+        }
     }
-    holes.sort_by(|a, b| points[b[0]].x.total_cmp(&points[a[0]].x));
-    for i in 0..holes.len() {
-        clipper.open(&mut ring, &holes[i..]);
-    }
-    clipper.take_ears(ring)
+    take_ears(points, &ring)
 }
 
-struct Clipper<'a> {
-    points: &'a [DVec2],
+/// Twice the area of a ring, positive if it is counter-clockwise.
+fn area(points: &[DVec2], ring: &[usize]) -> f64 {
+    let Some(&first) = ring.first() else {
+        return 0.0;
+    };
+    let from = points[first];
+    let next = ring.iter().cycle().skip(1);
+    let cross = |(&a, &b): (&usize, &usize)| (points[a] - from).perp_dot(points[b] - from);
+    ring.iter().zip(next).map(cross).sum()
 }
 
-impl Clipper<'_> {
-    /// Positive where a, b, c turn counter-clockwise; zero on a line, exactly.
-    fn turn(&self, a: usize, b: usize, c: usize) -> f64 {
-        let [a, b, c] = [a, b, c].map(|i| Coord {
-            x: self.points[i].x,
-            y: self.points[i].y,
-        });
-        orient2d(a, b, c)
-    }
-
-    /// Twice the area of a ring, positive if it is counter-clockwise.
-    fn area(&self, ring: &[usize]) -> f64 {
-        let Some(&first) = ring.first() else {
-            return 0.0;
-        };
-        let from = self.points[first];
-        let next = ring.iter().cycle().skip(1);
-        let cross =
-            |(&a, &b): (&usize, &usize)| (self.points[a] - from).perp_dot(self.points[b] - from);
-        ring.iter().zip(next).map(cross).sum()
-    }
-
-    /// Joins the first of `holes` to the ring along the shortest line that meets no edge, there and back.
-    fn open(&self, ring: &mut Vec<usize>, holes: &[Vec<usize>]) {
-        let hole = &holes[0];
-        let from = hole[0];
-        let mut places: Vec<usize> = (0..ring.len()).collect();
-        let distance = |&i: &usize| self.points[ring[i]].distance_squared(self.points[from]);
-        places.sort_by(|a, b| distance(a).total_cmp(&distance(b)));
-        let place = places
-            .iter()
-            .copied()
-            .find(|&i| self.opens_inward(ring, i, from) && self.sees(ring[i], from, ring, holes))
-            .unwrap_or(places[0]);
-        let there_and_back = hole.iter().copied().chain([from, ring[place]]);
-        ring.splice(place + 1..place + 1, there_and_back.collect::<Vec<_>>());
-    }
-
-    /// Whether the line from a corner of the ring to a point begins inside the ring.
-    fn opens_inward(&self, ring: &[usize], place: usize, to: usize) -> bool {
-        let count = ring.len();
-        let (before, at, after) = (
-            ring[(place + count - 1) % count],
-            ring[place],
-            ring[(place + 1) % count],
-        );
-        let (left, right) = (self.turn(before, at, to), self.turn(at, after, to));
-        if self.turn(before, at, after) > 0.0 {
-            left > 0.0 && right > 0.0
-        } else {
-            left > 0.0 || right > 0.0
+/// Joins a hole to the ring along the shortest line that meets no edge, there and back.
+fn open(points: &[DVec2], ring: &mut Vec<usize>, hole: &[usize], edges: &mut Edges) {
+    let from = hole[0];
+    let distance = |&i: &usize| points[ring[i]].distance_squared(points[from]);
+    let nearer = |a: &usize, b: &usize| distance(a).total_cmp(&distance(b)).then(a.cmp(b));
+    let mut places: Vec<usize> = (0..ring.len()).collect();
+    let (mut tried, mut place) = (0, None);
+    while tried < places.len() && place.is_none() {
+        // Most holes see one of the nearest corners: the others need not be sorted.
+        let rest = &mut places[tried..];
+        let count = rest.len().min(NEAREST.max(tried * 3));
+        if count < rest.len() {
+            rest.select_nth_unstable_by(count - 1, nearer);
         }
+        rest[..count].sort_unstable_by(nearer);
+        let mut nearest = rest[..count].iter().copied();
+        place =
+            nearest.find(|&i| opens_inward(points, ring, i, from) && edges.let_see(ring[i], from));
+        tried += count;
     }
+    let place = place.unwrap_or(places[0]);
+    edges.add([from, ring[place]]);
+    let there_and_back = hole.iter().copied().chain([from, ring[place]]);
+    ring.splice(place + 1..place + 1, there_and_back.collect::<Vec<_>>());
+}
 
-    /// Whether the open line between two corners meets no edge.
-    fn sees(&self, a: usize, b: usize, ring: &[usize], holes: &[Vec<usize>]) -> bool {
-        let rings = holes.iter().map(Vec::as_slice).chain([ring]);
-        rings.into_iter().all(|ring| {
-            let next = ring.iter().cycle().skip(1);
-            let mut edges = ring.iter().zip(next);
-            edges.all(|(&c, &d)| !self.is_cut(a, b, c, d))
-        })
-    }
-
-    /// Whether the edge from c to d cuts or touches the open line from a to b.
-    fn is_cut(&self, a: usize, b: usize, c: usize, d: usize) -> bool {
-        let (side_c, side_d) = (self.turn(a, b, c), self.turn(a, b, d));
-        let are_apart = |a: f64, b: f64| (a > 0.0 && b > 0.0) || (a < 0.0 && b < 0.0);
-        if are_apart(side_c, side_d) {
-            return false;
-        }
-        let on_line = |side: f64, p: usize| side == 0.0 && self.is_between(a, b, p);
-        if on_line(side_c, c) || on_line(side_d, d) {
-            return true;
-        }
-        let is_end = |p: usize| [a, b].iter().any(|&q| self.points[p] == self.points[q]);
-        if side_c == 0.0 || side_d == 0.0 || is_end(c) || is_end(d) {
-            return false;
-        }
-        !are_apart(self.turn(c, d, a), self.turn(c, d, b))
-    }
-
-    /// Whether a point of the line through a and b lies between them, neither's place included.
-    fn is_between(&self, a: usize, b: usize, p: usize) -> bool {
-        let [a, b, p] = [a, b, p].map(|i| self.points[i]);
-        let axis = usize::from((b - a).abs().y > (b - a).abs().x);
-        (a[axis] < p[axis] && p[axis] < b[axis]) || (b[axis] < p[axis] && p[axis] < a[axis])
-    }
-
-    /// Cuts off ear after ear, the first one first.
-    fn take_ears(&self, mut ring: Vec<usize>) -> Vec<[u32; 3]> {
-        let mut triangles = Vec::with_capacity(ring.len());
-        while ring.len() >= 3 {
-            let count = ring.len();
-            let three = |i: usize| {
-                [
-                    ring[(i + count - 1) % count],
-                    ring[i],
-                    ring[(i + 1) % count],
-                ]
-            };
-            if let Some(i) = (0..count).find(|&i| self.is_spent(three(i))) {
-                ring.remove(i);
-                continue;
-            }
-            let turns = |i: usize| {
-                let [a, b, c] = three(i);
-                self.turn(a, b, c) > 0.0
-            };
-            let ear = (0..count).find(|&i| turns(i) && self.is_empty(three(i), &ring));
-            // A ring that crosses itself may have no ear; what is left without one is a line or a knot.
-            let Some(i) = ear.or_else(|| (0..count).find(|&i| turns(i))) else {
-                break;
-            };
-            triangles.push(three(i).map(|corner| corner as u32));
-            ring.remove(i);
-        }
-        triangles
-    }
-
-    /// Whether a corner encloses nothing any more: it is where the next one is, or the ring turns back there.
-    fn is_spent(&self, [a, b, c]: [usize; 3]) -> bool {
-        let is_at = |p: usize, q: usize| self.points[p] == self.points[q];
-        is_at(b, c) || (self.turn(a, b, c) == 0.0 && !is_at(a, b) && !self.is_between(a, c, b))
-    }
-
-    /// Whether no corner of the ring lies in a triangle or on its edges, corners at its corners' places aside.
-    fn is_empty(&self, [a, b, c]: [usize; 3], ring: &[usize]) -> bool {
-        let corners = [a, b, c].map(|i| self.points[i]);
-        let low = corners[0].min(corners[1]).min(corners[2]);
-        let high = corners[0].max(corners[1]).max(corners[2]);
-        ring.iter().all(|&p| {
-            let at = self.points[p];
-            let is_near = at.cmpge(low).all() && at.cmple(high).all();
-            !is_near
-                || corners.contains(&at)
-                || self.turn(a, b, p) < 0.0
-                || self.turn(b, c, p) < 0.0
-                || self.turn(c, a, p) < 0.0
-        })
+/// Whether the line from a corner of the ring to a point begins inside the ring.
+fn opens_inward(points: &[DVec2], ring: &[usize], place: usize, to: usize) -> bool {
+    let count = ring.len();
+    let before = points[ring[(place + count - 1) % count]];
+    let (at, after) = (points[ring[place]], points[ring[(place + 1) % count]]);
+    let to = points[to];
+    let (left, right) = (turn(before, at, to), turn(at, after, to));
+    if turn(before, at, after) > 0.0 {
+        left > 0.0 && right > 0.0
+    } else {
+        left > 0.0 || right > 0.0
     }
 }

@@ -4,11 +4,13 @@ use glam::{DMat3, DVec2, DVec3};
 
 use super::*;
 
+mod large;
+
 /// A linear congruential generator.
-struct Random(u64);
+pub(super) struct Random(pub(super) u64);
 
 impl Random {
-    fn unit(&mut self) -> f64 {
+    pub(super) fn unit(&mut self) -> f64 {
         self.0 = self
             .0
             .wrapping_mul(6_364_136_223_846_793_005)
