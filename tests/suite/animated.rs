@@ -241,7 +241,7 @@ fn list(value: &Value) -> &[Value] {
 }
 
 /// Every vertex of the engine's frame, in the world: the steps that its tracers get, as they are defined.
-fn vertices_of(world: &mut World) -> Vec<DVec3> {
+pub fn vertices_of(world: &mut World) -> Vec<DVec3> {
     let mut query = world.query::<(&Mesh, Option<&OwnMesh>, &GlobalTransform)>();
     let meshes = world.resource::<Meshes>();
     let mut vertices = Vec::new();

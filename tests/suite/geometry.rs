@@ -10,9 +10,9 @@ use glam::DVec3;
 use orrery_engine::Engine;
 use orrery_engine::import::import_obj;
 use orrery_engine::time::Clock;
-use orrery_engine::trace::reference::deformed_vertices;
 use orrery_engine::world::{
     ClipLayer, ClipPlayer, GlobalTransform, KeyFrames, Loop, Mesh, Meshes, OwnMesh,
+    deformed_vertices,
 };
 
 /// How far a vertex may be off, of the size of all of it.

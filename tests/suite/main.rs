@@ -6,6 +6,7 @@ mod cli;
 mod coincident;
 mod device_instances;
 mod device_trees;
+mod framing;
 mod geometry;
 mod gpu;
 mod ground_truth;

@@ -21,8 +21,8 @@ use super::{Features, FrameScene, Instance, Shape, TraceSettings, View, ViewProj
 use crate::app::Engine;
 use crate::schedule::FrameSet;
 use crate::world::{
-    ActiveCamera, Background, Camera, Changes, GlobalTransform, GlobalVisibility, Material, Meshes,
-    Projection, Textures, TraceDepth, picture_camera,
+    ActiveCamera, Background, Camera, Changes, Framing, GlobalTransform, GlobalVisibility,
+    Material, Meshes, Projection, Textures, TraceDepth, picture_camera,
 };
 
 /// Adds extraction.
@@ -166,7 +166,7 @@ fn extract_view(
     active: Res<ActiveCamera>,
     (background, depth, settings): (Res<Background>, Res<TraceDepth>, Res<TraceSettings>),
     cameras: Query<(Entity, &Camera, &GlobalTransform, &GlobalVisibility)>,
-    rows: Res<Rows>,
+    (rows, framing): (Res<Rows>, Option<Res<Framing>>),
     mut last: Local<Option<(u64, f64)>>,
 ) {
     let usable = |x: f32| within(x, 0.0, 0.0, BRIGHTEST);
@@ -190,7 +190,7 @@ fn extract_view(
     }
     let of = (scene.instances.version(), aspect);
     if last.replace(of) != Some(of) || rows.restructured {
-        scene.view = overview(&scene, aspect);
+        scene.view = overview(&scene, framing.as_deref(), aspect);
     }
 }
 

@@ -10,6 +10,7 @@ pub mod fields;
 mod model_file;
 mod problem;
 mod reader;
+mod rehearsal;
 mod resolve;
 mod save;
 pub mod schema;
@@ -61,7 +62,9 @@ pub fn plugin(engine: &mut Engine) {
 /// Every problem of the file; the world is then as it was.
 pub fn load(world: &mut World, path: &Path) -> Result<LoadReport, Problems> {
     if import::is_model(path) {
-        return load_resolved(world, resolve::resolve_model(path));
+        let report = load_resolved(world, resolve::resolve_model(path))?;
+        rehearsal::rehearse(world);
+        return Ok(report);
     }
     let text = read_text(path)?;
     load_text(world, &text, path)

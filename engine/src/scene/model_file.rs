@@ -1,7 +1,10 @@
 //! A model file by itself: the scene that shows it, so that what can be imported can be played.
 //!
-//! What a model lacks to be seen is added: two lights where nothing shines, and a background that is not black
-//! where the file has none. Its first clip plays, with those that move other things. Without a camera the picture shows all there is (see `frame`'s overview).
+//! What a model lacks to be seen is added: lights where next to none reaches it, and a sky where the file has no
+//! background. Its first clip plays, with those that move other things. Without a camera the picture holds all that these
+//! will move (see [`super::rehearsal`]).
+
+mod lit;
 
 use std::collections::HashSet;
 use std::ffi::OsStr;
@@ -11,11 +14,27 @@ use glam::{DVec3, Vec3};
 
 use super::resolve::Resolved;
 use super::schema::{ClipFile, Entity, Light, MeshFile, Pose, Scene, Shape};
-use crate::import::{Content, Model};
-use crate::world::{Background, Clip, DirectionalLight, Transform};
+use crate::import::Model;
+use crate::world::{Background, Clip, DirectionalLight, Framing, PointLight, Transform};
 
 /// Behind models that say nothing of it, linear RGB.
-const BACKGROUND: Vec3 = Vec3::new(0.10, 0.11, 0.13);
+const SKY: Background = Background {
+    zenith: Vec3::new(0.07, 0.09, 0.13),
+    horizon: Vec3::new(0.17, 0.20, 0.24),
+    ground: Vec3::new(0.035, 0.037, 0.04),
+    picture: None,
+    turn: 0.0,
+};
+/// From where it shines on models that no light of their own reaches, and how much.
+const LIGHTS: [(&str, [f64; 3], f32); 3] = [
+    ("key light", [-0.6, 1.0, 0.7], 0.7),
+    ("fill light", [1.0, 0.2, 0.3], 0.16),
+    ("back light", [-0.5, -0.3, -0.6], 0.1),
+];
+/// What the eye brings along: from there no shadow is seen, so nothing that is seen is black.
+const HEAD_LIGHT: f32 = 0.16;
+/// Width over height of the picture that the head light stands at the eye of.
+const ASPECT: f64 = 16.0 / 9.0;
 
 /// A scene of one entity that shows the model file.
 pub fn scene_of(path: &Path) -> Scene {
@@ -30,7 +49,7 @@ pub fn scene_of(path: &Path) -> Scene {
         ..Entity::default()
     };
     Scene {
-        background: Background::from(BACKGROUND).into(),
+        background: SKY.into(),
         entities: vec![entity],
         ..Scene::default()
     }
@@ -46,12 +65,12 @@ pub fn complete(resolved: &mut Resolved) {
     if let [entity, ..] = resolved.scene.entities.as_mut_slice() {
         entity.clips = clips;
     }
-    if !models().any(shines) {
-        let lights = [
-            light("key light", [-0.5, 0.9, 0.8], 0.75),
-            light("fill light", [0.8, 0.25, 0.6], 0.35),
-        ];
+    let mut framing = Framing::new();
+    let is_dark = models().all(|model| lit::is_dark(model, &mut framing));
+    if is_dark {
+        let lights = LIGHTS.map(|(id, from, intensity)| light(id, from, intensity));
         resolved.scene.entities.extend(lights);
+        resolved.scene.entities.push(head_light(&framing));
     }
 }
 
@@ -78,13 +97,24 @@ fn played(model: &Model) -> Vec<ClipFile> {
     clips.map(file).collect()
 }
 
-/// Whether there is anything to see by.
-pub fn shines(model: &Model) -> bool {
-    let worn = |content: &Content| model.materials.get(content.material()?);
-    let glows = |content: &Content| worn(content).is_some_and(|(_, m)| m.emission > 0.0);
-    model
-        .contents()
-        .any(|content| content.is_light() || glows(content))
+/// A light at the eye that looks at the model.
+fn head_light(framing: &Framing) -> Entity {
+    let transform = Transform {
+        translation: framing.pose(ASPECT).translation,
+        ..Transform::IDENTITY
+    };
+    Entity {
+        id: Some("head light".to_owned().into()),
+        pose: Pose {
+            transform,
+            shear: None,
+        },
+        light: Some(Light::Point(PointLight {
+            intensity: HEAD_LIGHT,
+            ..PointLight::default()
+        })),
+        ..Entity::default()
+    }
 }
 
 /// A light that shines from a direction.

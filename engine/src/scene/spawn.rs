@@ -18,8 +18,8 @@ use super::schema::{self, Light, MaterialFile, Motion, Shape};
 use super::timeline::{Ids, Timeline};
 use crate::import::Model;
 use crate::world::{
-    ActiveCamera, Background, Material, Mesh, MeshId, Meshes, SceneId, Surface, Texture, TextureId,
-    Textures, TraceDepth, Visibility,
+    ActiveCamera, Background, Framing, Material, Mesh, MeshId, Meshes, SceneId, Surface, Texture,
+    TextureId, Textures, TraceDepth, Visibility,
 };
 
 /// The model file an entity shows. A single thing stands on the entity itself, several on children that are
@@ -72,6 +72,7 @@ pub fn unload(world: &mut World) {
     world.insert_resource(Background::default());
     world.insert_resource(TraceDepth::default());
     world.insert_resource(ActiveCamera::default());
+    world.remove_resource::<Framing>();
     world.insert_resource(Timeline::default());
     world.insert_resource(SceneRoots::default());
 }

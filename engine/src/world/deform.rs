@@ -4,10 +4,12 @@
 //! f32 tracers evaluate it relative to [`super::MeshData::origin`], the reference in f64. A vertex goes
 //! through the steps in order; normals of smooth meshes follow from the deformed triangles.
 
+mod exact;
 mod poses;
 mod procedural;
 mod skin;
 
+pub use exact::deformed_vertices;
 pub use poses::{KeyFrames, Morph};
 pub use procedural::{Twist, Wave};
 pub use skin::Skin;

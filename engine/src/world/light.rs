@@ -49,6 +49,13 @@ impl Default for Fade {
     }
 }
 
+impl Fade {
+    /// What is left at a distance.
+    pub fn factor(&self, distance: f64) -> f64 {
+        2.0 / (1.0 + (distance / self.distance).powf(self.power))
+    }
+}
+
 /// A light infinitely far away that shines along its entity's local -Z.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]

@@ -10,6 +10,7 @@ mod clip;
 mod cycle;
 mod deform;
 mod display;
+mod framing;
 mod hermite;
 mod identity;
 mod light;
@@ -34,8 +35,10 @@ pub use clip::{
 pub use cycle::{Loop, turn};
 pub use deform::{
     DeformStep, Deformation, KeyFrames, Morph, Skin, SkinBinding, Twist, VertexSets, Wave,
+    deformed_vertices,
 };
 pub use display::linear_from_srgb;
+pub use framing::Framing;
 pub use hermite::{Blend, hermite};
 pub use identity::{Background, SceneId, TraceDepth};
 pub use light::{DirectionalLight, Fade, PointLight, SpotLight};

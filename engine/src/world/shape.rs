@@ -162,6 +162,29 @@ impl Default for Cone {
     }
 }
 
+impl Cone {
+    /// A box around it, not the tightest: least and greatest corner.
+    pub fn bounds(&self) -> (DVec3, DVec3) {
+        let (a, b) = (self.a, self.b);
+        (
+            (a - self.radius_a).min(b - self.radius_b),
+            (a + self.radius_a).max(b + self.radius_b),
+        )
+    }
+}
+
+impl From<Cylinder> for Cone {
+    fn from(cylinder: Cylinder) -> Self {
+        Self {
+            a: cylinder.a,
+            radius_a: cylinder.radius,
+            b: cylinder.b,
+            radius_b: cylinder.radius,
+            open: cylinder.open,
+        }
+    }
+}
+
 /// A ring about the local Y axis around the local origin.
 #[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Component, Default, Clone, PartialEq)]

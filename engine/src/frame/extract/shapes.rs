@@ -218,13 +218,7 @@ impl SolidPartsItem<'_, '_> {
                 radius: disc.radius,
             }
         } else if let Some(cylinder) = self.cylinder {
-            Shape::Cone(Cone {
-                a: cylinder.a,
-                radius_a: cylinder.radius,
-                b: cylinder.b,
-                radius_b: cylinder.radius,
-                open: cylinder.open,
-            })
+            Shape::Cone(Cone::from(*cylinder))
         } else if let Some(&cone) = self.cone {
             Shape::Cone(cone)
         } else if let Some(&Torus { major, minor }) = self.torus {

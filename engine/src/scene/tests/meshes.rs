@@ -104,7 +104,7 @@ fn a_model_file_by_itself_is_a_scene_with_light() {
     let names: Vec<String> = parts(&mut world).into_iter().map(|part| part.0).collect();
     assert_eq!(names, ["left", "right"]);
     let mut lights = world.query::<&crate::world::DirectionalLight>();
-    assert_eq!(lights.iter(&world).count(), 2);
+    assert_eq!(lights.iter(&world).count(), 3);
     std::fs::remove_dir_all(folder).unwrap();
 }
 

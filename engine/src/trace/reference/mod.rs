@@ -13,8 +13,6 @@ mod tree;
 mod whitted;
 mod world;
 
-pub use deform::vertices as deformed_vertices;
-
 use std::time::Instant;
 
 use glam::{DVec2, DVec3, UVec2};

@@ -280,9 +280,7 @@ fn just_after(t: f64) -> Key {
 
 /// A light's colour after fading and its cone.
 fn strength(light: &Light, to_light: DVec3, distance: f64) -> DVec3 {
-    let mut factor = light.fade.map_or(1.0, |fade| {
-        2.0 / (1.0 + (distance / fade.distance).powf(fade.power))
-    });
+    let mut factor = light.fade.map_or(1.0, |fade| fade.factor(distance));
     if let LightKind::Spot {
         axis,
         cos_inner,

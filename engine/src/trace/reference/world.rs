@@ -11,7 +11,7 @@ use super::torus::{self, on_torus, torus_normal};
 use super::tree::{MeshTree, enters};
 use crate::frame::{FrameScene, Shape};
 use crate::trace::Ray;
-use crate::world::{Cone, Deformation, MeshData, MeshRow};
+use crate::world::{Cone, Deformation, MeshData, MeshRow, deformed_vertices};
 
 /// Orders hits: t, then instance, then primitive.
 pub type Key = (f64, u32, u32);
@@ -76,7 +76,7 @@ struct Shown {
 impl Shown {
     fn new(row: &MeshRow) -> Self {
         let deformation = row.deformation.clone();
-        let mut vertices = deform::vertices(&row.data, deformation.as_deref());
+        let mut vertices = deformed_vertices(&row.data, deformation.as_deref());
         let origin = row.data.origin;
         vertices.iter_mut().for_each(|vertex| *vertex -= origin);
         let normals = deform::normals(&row.data, deformation.is_some(), &vertices);

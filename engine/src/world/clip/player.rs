@@ -67,6 +67,17 @@ impl Default for ClipLayer {
 }
 
 impl ClipPlayer {
+    /// Seconds of the scene until the slowest layer has played its clip through; 0: nothing plays.
+    pub fn period(&self) -> f64 {
+        let layers = self.layers.iter().filter(|layer| !layer.paused);
+        let period = |layer: &ClipLayer| {
+            let clip = self.clips.clips().get(layer.clip)?;
+            let secs = (clip.end - clip.start) / layer.speed.abs();
+            secs.is_finite().then_some(secs)
+        };
+        layers.filter_map(period).fold(0.0, f64::max)
+    }
+
     /// Where the layers stand at a time of the scene; those without weight, or with numbers that are not finite, are
     /// left out.
     fn moments(&self, secs: f64) -> Vec<Moment> {

@@ -27,6 +27,15 @@ pub struct KeyFrames {
 }
 
 impl KeyFrames {
+    /// Seconds of the scene until all poses have been played through; 0: nothing plays.
+    pub fn period(&self) -> f64 {
+        let (Some(&first), Some(&last)) = (self.times.first(), self.times.last()) else {
+            return 0.0;
+        };
+        let secs = (last - first) / self.speed.abs();
+        if secs.is_finite() { secs } else { 0.0 }
+    }
+
     /// The step at a time in seconds.
     ///
     /// # Errors

@@ -6,8 +6,7 @@ use glam::{DAffine3, DQuat};
 
 use super::*;
 use crate::testing::Random;
-use crate::trace::reference::deform;
-use crate::world::VertexSets;
+use crate::world::{VertexSets, deformed_vertices};
 
 const VERTICES: usize = 60;
 
@@ -85,7 +84,7 @@ fn f32_deforms_as_the_formulas_do() {
         };
         let mut found = Vec::new();
         deform_positions(&mesh, &deformation, &mut found);
-        let exact = deform::vertices(&mesh, Some(&deformation));
+        let exact = deformed_vertices(&mesh, Some(&deformation));
         // Every step may magnify the error before it, a wave by its steepness.
         let limit = 4e-6 * 30_f64.powi(deformation.steps.len() as i32 - 1).min(100.0);
         for (vertex, (found, exact)) in found.iter().zip(exact).enumerate() {
