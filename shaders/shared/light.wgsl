@@ -20,6 +20,11 @@
 // Below this cosine a light does not count (the model's own bound).
 const LEAST_COSINE: f32 = 1e-10;
 
+#ifdef FADE
+// Least power of the distance that an exact falloff divides by.
+const FADE_NEAREST: f32 = 1e-8;
+#endif
+
 // The line from a surface to a light; `dir` is unit.
 struct Beam {
     dir: vec3f,
@@ -88,7 +93,10 @@ fn beam_strength(light: LightRow, beam: Beam) -> vec3f {
     var factor = 1.0;
 #ifdef FADE
     if light.fade_distance > 0.0 {
-        factor = 2.0 / (1.0 + power(beam.distance / light.fade_distance, light.fade_power));
+        let gone = power(beam.distance / light.fade_distance, light.fade_power);
+        factor = (1.0 + light.fade_core) / max(light.fade_core + gone, FADE_NEAREST);
+        let within = min(beam.distance * light.range_inverse, 1.0);
+        factor *= 1.0 - within * within * (within * within);
     }
 #endif
 #ifdef SPOT_LIGHTS

@@ -154,7 +154,8 @@ struct LightRow {
     fade_power: f32,
     cos_inner: f32,
     cos_outer: f32,
-    spare: array<u32, 2>,
+    fade_core: f32,
+    range_inverse: f32,
 }
 
 struct RayRow {

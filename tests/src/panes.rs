@@ -62,6 +62,7 @@ fn lights() -> Vec<Light> {
     let fade = Some(Fade {
         distance: 4.0,
         power: 2.0,
+        ..Fade::default()
     });
     let position = DVec3::new(0.5, 0.5, 8.0);
     let axis = (DVec3::new(0.2, -0.5, 0.0) - position).normalize();

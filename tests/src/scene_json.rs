@@ -136,6 +136,7 @@ impl LightFile {
             fade: self.fade.as_ref().map(|fade| Fade {
                 distance: fade.distance,
                 power: fade.power,
+                ..Fade::default()
             }),
             kind: LightKind::Point {
                 position: self.position.into(),

@@ -125,7 +125,8 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             fade_power,
             cos_inner,
             cos_outer,
-            spare,
+            fade_core,
+            range_inverse,
         }),
         layout_of!(RayRow {
             origin,

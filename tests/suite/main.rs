@@ -15,6 +15,7 @@ mod importers;
 mod invariance;
 mod layout;
 mod leaving;
+mod lights;
 mod looks;
 mod looks_known;
 mod motion;

@@ -320,8 +320,10 @@ pub struct LightRow {
     pub cos_inner: f32,
     /// Cosine of a spot's half angle of no light.
     pub cos_outer: f32,
-    /// Room for more.
-    pub spare: [u32; 2],
+    /// What the distance's power is added to, plus 1 what it divides: 1; 0 where the falloff is exact.
+    pub fade_core: f32,
+    /// One over the distance from which on there is no light; 0: there is always some.
+    pub range_inverse: f32,
 }
 
 /// A ray in render space.

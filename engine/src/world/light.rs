@@ -30,7 +30,8 @@ impl Default for PointLight {
     }
 }
 
-/// Falloff 2 / (1 + (d / distance)^power): full at `distance`, twice that at the light (POV-Ray's `fade_*`).
+/// How light falls off with the distance d: by default as POV-Ray's `fade_*`, 2 / (1 + (d / distance)^power), full at
+/// `distance` and twice that at the light.
 #[derive(Reflect, Clone, Copy, Debug, PartialEq)]
 #[reflect(Default, Clone, PartialEq)]
 pub struct Fade {
@@ -38,6 +39,10 @@ pub struct Fade {
     pub distance: f64,
     /// 2 is inverse square far away.
     pub power: f64,
+    /// (distance / d)^power instead, as light does: near the light without bound, but for one of 1e8.
+    pub exact: bool,
+    /// World units from which on there is no light: the factor is multiplied by 1 - (d / range)^4 (KHR_lights_punctual).
+    pub range: Option<f64>,
 }
 
 impl Default for Fade {
@@ -45,14 +50,43 @@ impl Default for Fade {
         Self {
             distance: 10.0,
             power: 2.0,
+            exact: false,
+            range: None,
         }
     }
 }
 
 impl Fade {
+    /// Least (d / distance)^power of an exact falloff.
+    pub const NEAREST: f32 = 1e-8;
+
+    /// Intensity / d^power, d in units of this length.
+    pub fn exact(distance: f64, power: f64) -> Self {
+        Self {
+            distance,
+            power,
+            exact: true,
+            range: None,
+        }
+    }
+
     /// What is left at a distance.
     pub fn factor(&self, distance: f64) -> f64 {
-        2.0 / (1.0 + (distance / self.distance).powf(self.power))
+        let gone = (distance / self.distance).powf(self.power);
+        let left = match self.exact {
+            true => gone.max(Self::NEAREST.into()).recip(),
+            false => 2.0 / (1.0 + gone),
+        };
+        let within = self.range.map_or(0.0, |range| (distance / range).powi(4));
+        left * (1.0 - within).max(0.0)
+    }
+
+    /// Upper bound of the factor.
+    pub fn most(&self) -> f64 {
+        match self.exact {
+            true => f64::from(Self::NEAREST).recip(),
+            false => 2.0,
+        }
     }
 }
 

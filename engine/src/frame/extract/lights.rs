@@ -97,7 +97,10 @@ fn shines(light: &Light) -> bool {
             cos_outer,
         } => within(position) && axis.is_finite() && (cos_inner + cos_outer).is_finite(),
     };
-    let fades = |fade: Fade| fade.distance.is_finite() && fade.power.is_finite();
+    let fades = |fade: Fade| {
+        let has_range = fade.range.is_none_or(|range| range > 0.0);
+        fade.distance.is_finite() && fade.power.is_finite() && has_range
+    };
     is_placed
         && light.fade.is_none_or(fades)
         && light.color.abs().cmple(Vec3::splat(BRIGHTEST)).all()

@@ -1,12 +1,11 @@
 //! Lights and cameras.
 //!
 //! FBX has no unit of light. Its `Intensity` is 100 times what the programs show that write it; that is ours. With
-//! `DecayType` n a light of intensity I gives I / d^n at a distance of d units; our falloff 2 / (1 + (d/D)^n) with
-//! D = 2^(-1/n) is that from a few units on, and stays finite at the light itself. Area and volume lights shine from
-//! a point.
+//! `DecayType` n a light of intensity I gives I / d^n at a distance of d units. Area and volume lights shine from a point.
 //!
 //! Blender writes watts as intensity, and means metres: there a light of W watts gives W / (4 pi d^2), d in metres
-//! (and 1/pi of that is scattered by a white surface).
+//! (and 1/pi of that is scattered by a white surface). Before 2.80 it had no watts: there light with inverse square has its
+//! full strength at the light and half of it at its `DecayStart`, which is POV-Ray's falloff.
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
@@ -17,6 +16,9 @@ use super::number;
 use crate::import::Content;
 use crate::world::{Camera, DirectionalLight, Fade, PointLight, Projection, SpotLight, Transform};
 
+/// The version of Blender that has watts, as ufbx numbers versions.
+const WATTS_SINCE: u32 = 2_080_000;
+
 /// A light and its pose at its node; none: it gives no light.
 pub fn light_of(light: &Light, scene: &Scene) -> Option<(Transform, Content)> {
     let color = number::color(light.color);
@@ -26,10 +28,11 @@ pub fn light_of(light: &Light, scene: &Scene) -> Option<(Transform, Content)> {
     }
     let mut intensity = light.intensity.min(1e30) as f32;
     let mut unit = 1.0;
-    let watts = matches!(
+    let is_blender = matches!(
         scene.metadata.exporter,
         Exporter::BlenderBinary | Exporter::BlenderAscii
     );
+    let watts = is_blender && scene.metadata.exporter_version >= WATTS_SINCE;
     if watts && light.type_ != LightType::Directional {
         let metre = 1.0 / scene.settings.unit_meters;
         unit = if metre.is_normal() { metre } else { 1.0 };
@@ -41,10 +44,15 @@ pub fn light_of(light: &Light, scene: &Scene) -> Option<(Transform, Content)> {
         LightDecay::Quadratic => Some(2.0),
         LightDecay::Cubic => Some(3.0),
     };
-    let fade = power.map(|power: f64| Fade {
-        distance: unit * (-power.recip()).exp2(),
-        power,
-    });
+    let mut fade = power.map(|power: f64| Fade::exact(unit, power));
+    if is_blender && !watts && light.type_ != LightType::Directional {
+        fade = power.map(|power| Fade {
+            distance: decay_start(light),
+            power,
+            ..Fade::default()
+        });
+        intensity *= if fade.is_some() { 0.5 } else { 1.0 };
+    }
     let content = match light.type_ {
         LightType::Directional => Content::Directional(DirectionalLight { color, intensity }),
         LightType::Spot => {
@@ -66,6 +74,20 @@ pub fn light_of(light: &Light, scene: &Scene) -> Option<(Transform, Content)> {
     let along = number::vector(light.local_direction);
     let along = along.try_normalize().unwrap_or(DVec3::NEG_Y);
     Some((Transform::looking_at(DVec3::ZERO, along, DVec3::Y), content))
+}
+
+/// The distance at which light of old Blender files has half its strength.
+fn decay_start(light: &Light) -> f64 {
+    let props = &light.element.props;
+    let start = props
+        .props
+        .as_ref()
+        .iter()
+        .find(|prop| prop.name.as_ref() == "DecayStart");
+    let start = start.map(|prop| prop.value_vec4.x);
+    start
+        .filter(|start| start.is_normal() && *start > 0.0)
+        .unwrap_or(1.0)
 }
 
 /// A camera and its pose at its node: FBX's look along +X.

@@ -8,7 +8,7 @@ use glam::{DAffine3, DVec3, Vec3};
 use super::read_fbx;
 use crate::import::{Content, Model};
 use crate::world::{
-    Channel, Lobe, Projection, Reflection, SpotLight, Track, Transform, world_from_local,
+    Channel, Fade, Lobe, Projection, Reflection, SpotLight, Track, Transform, world_from_local,
 };
 
 const MESH: &str = include_str!("../../../../tests/corpus/fbx/mesh.fbx");
@@ -136,10 +136,9 @@ fn cameras_and_lights_look_and_shine_where_they_do_in_the_file() {
     };
     assert_eq!((color, intensity), (Vec3::new(1.0, 0.5, 0.25), 2.0));
     assert!((outer_angle.to_degrees() - 30.0).abs() < 1e-9);
-    // 2 / (1 + (d/D)^2) is 1 / d^2 some way off.
     let fade = fade.unwrap();
-    let at = |d: f64| 2.0 / (1.0 + (d / fade.distance).powf(fade.power));
-    assert!((at(30.0) * 900.0 - 1.0).abs() < 1e-3, "{fade:?}");
+    assert_eq!(fade, Fade::exact(1.0, 2.0));
+    assert!((fade.factor(30.0) * 900.0 - 1.0).abs() < 1e-12);
 }
 
 fn track(model: &Model, target: usize, channel: Channel) -> &Track {

@@ -1,9 +1,8 @@
 //! KHR_lights_punctual and cameras.
 //!
 //! glTF's surfaces scatter 1/pi of what comes in, ours all of it; so a light's lux or candela are divided by pi.
-//! What falls off does so with the square of the distance: our falloff 2/(1 + (d/D)^2) with D = 1 cm is that to
-//! 1e-4 from a metre on, and stays finite at the light itself. A spot's edge is smooth in the cosine here, and
-//! the square of a line in the cosine there. `range`, a hint where light may be cut off, is left out.
+//! What falls off does so with the square of the distance, and towards `range` as the extension recommends. A spot's edge is
+//! smooth in the cosine here, and the square of a line in the cosine there.
 
 use std::f32::consts::PI;
 
@@ -13,9 +12,6 @@ use gltf::khr_lights_punctual::{Kind, Light};
 use crate::import::Content;
 use crate::world::{Camera, DirectionalLight, Fade, PointLight, Projection, SpotLight};
 
-/// World units (metres) below which light does not become brighter.
-const NEAR: f64 = 0.01;
-
 /// A light; none where its numbers make none.
 pub fn light_of(light: &Light) -> Option<Content> {
     let color = Vec3::from(light.color());
@@ -24,17 +20,16 @@ pub fn light_of(light: &Light) -> Option<Content> {
     if !makes_light || !intensity.is_finite() {
         return None;
     }
-    let near = NEAR as f32;
-    let at_fade = intensity / (2.0 * near * near);
+    let range = light.range().map(f64::from);
     let fade = Some(Fade {
-        distance: NEAR,
-        power: 2.0,
+        range: range.filter(|range| *range > 0.0 && range.is_finite()),
+        ..Fade::exact(1.0, 2.0)
     });
     Some(match light.kind() {
         Kind::Directional => Content::Directional(DirectionalLight { color, intensity }),
         Kind::Point => Content::Point(PointLight {
             color,
-            intensity: at_fade,
+            intensity,
             fade,
         }),
         Kind::Spot {
@@ -44,7 +39,7 @@ pub fn light_of(light: &Light) -> Option<Content> {
             let angle = |angle: f32| f64::from(angle).clamp(0.0, std::f64::consts::FRAC_PI_2);
             Content::Spot(SpotLight {
                 color,
-                intensity: at_fade,
+                intensity,
                 fade,
                 inner_angle: angle(inner_cone_angle.min(outer_cone_angle)),
                 outer_angle: angle(outer_cone_angle),

@@ -158,10 +158,9 @@ fn the_scene_of_the_corpus_is_read_as_it_is_written() {
                 lights.0 += 1;
                 // 20 candela, 2 m away.
                 let fade = light.fade.unwrap();
-                let factor = 2.0 / (1.0 + (2.0 / fade.distance).powf(fade.power));
-                let found = f64::from(light.intensity) * factor;
+                let found = f64::from(light.intensity) * fade.factor(2.0);
                 let expected = 20.0 / std::f64::consts::PI / 4.0;
-                assert!((found / expected - 1.0).abs() < 1e-4, "{found} {expected}");
+                assert!((found / expected - 1.0).abs() < 1e-6, "{found} {expected}");
             }
             Content::Spot(light) => {
                 lights.1 += 1;

@@ -12,7 +12,10 @@ use crate::world::{
 
 /// Entities that together have every field.
 fn cast(world: &mut World) -> Vec<Entity> {
-    let fade = Some(Fade::default());
+    let fade = Some(Fade {
+        range: Some(30.0),
+        ..Fade::default()
+    });
     let lobe = Some(Lobe::default());
     vec![
         world

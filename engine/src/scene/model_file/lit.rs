@@ -143,6 +143,7 @@ mod tests {
             fade: Some(Fade {
                 distance: 1.0,
                 power: 2.0,
+                ..Fade::default()
             }),
             ..PointLight::default()
         });

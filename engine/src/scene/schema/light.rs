@@ -21,6 +21,8 @@ pub enum Light {
 record!("a falloff", Fade {
     "distance" => distance: f64, range::positive;
     "power" => power: f64, range::positive;
+    "exact" => exact: bool;
+    "range" => range: Option<f64>, range::end;
 });
 
 record!("a point light", PointLight {

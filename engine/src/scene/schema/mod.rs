@@ -52,6 +52,11 @@ pub mod range {
         when(*value > 0.0, "a number greater than 0")
     }
 
+    /// Where something ends, if it does.
+    pub fn end(value: &Option<f64>) -> Check {
+        value.as_ref().map_or(Ok(()), positive)
+    }
+
     /// A length that may vanish.
     pub fn radius(value: &f64) -> Check {
         when(*value >= 0.0, "a number of at least 0")

@@ -74,6 +74,8 @@ pub(super) fn fade(chance: &mut Chance) -> Option<Fade> {
     chance.one_in(2).then(|| Fade {
         distance: size(chance),
         power: size(chance),
+        exact: chance.one_in(2),
+        range: chance.one_in(2).then(|| size(chance)),
     })
 }
 

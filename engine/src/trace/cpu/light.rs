@@ -11,6 +11,7 @@ use super::surface::Surface;
 use super::traverse::{Key, Probe, Stack, trace};
 use crate::frame::wire::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow, MATERIAL_TRANSMITS};
 use crate::trace::{Counters, PackedScene};
+use crate::world::Fade;
 
 /// Below this cosine a light does not count (the model's own bound).
 const LEAST_COSINE: f32 = 1e-10;
@@ -88,7 +89,10 @@ impl Beam {
     fn strength(&self, light: &LightRow) -> Vec3 {
         let mut factor = 1.0;
         if light.fade_distance > 0.0 {
-            factor = 2.0 / (1.0 + power(self.distance / light.fade_distance, light.fade_power));
+            let gone = power(self.distance / light.fade_distance, light.fade_power);
+            factor = (1.0 + light.fade_core) / (light.fade_core + gone).max(Fade::NEAREST);
+            let within = (self.distance * light.range_inverse).min(1.0);
+            factor *= 1.0 - within * within * (within * within);
         }
         if light.kind == LIGHT_SPOT {
             let cosine = -self.dir.dot(Vec3::from(light.axis));

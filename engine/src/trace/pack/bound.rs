@@ -1,6 +1,6 @@
 //! The most light that a ray can bring back, by its generation: what the cut-off's proof rests on.
 //!
-//! A surface adds at most its local light `E`: emission, and for every light (faded ones are at most doubled) the diffuse
+//! A surface adds at most its local light `E`: emission, and for every light (one that fades at most times what its falloff is at the light) the diffuse
 //! share and the highlights at full. With `n` for the bound of the next generation, a material of reflection `R` and
 //! transmission `T` answers with at most `E + R n + T v`, where `v` is what lies beyond it: `n` if the ray bends, else
 //! the rest of its own generation (a boundary of equal indices does not end one). Fresnel's shares sum to 1, so such a
@@ -146,7 +146,7 @@ fn highest(lobe: Option<Lobe>) -> f64 {
 
 /// A light where it is brightest.
 fn brightest(light: &Light) -> DVec3 {
-    light.color.as_dvec3().abs() * if light.fade.is_some() { 2.0 } else { 1.0 }
+    light.color.as_dvec3().abs() * light.fade.map_or(1.0, |fade| fade.most())
 }
 
 #[cfg(test)]

@@ -72,12 +72,20 @@ pub(super) fn material_row(material: &Material, texels: &Texels) -> MaterialRow 
     }
 }
 
+/// One over the nearest end of light: its product with any distance fits f32.
+const NEAREST_END: f64 = 1e18;
+
 /// A light's row, relative to the eye.
 pub(super) fn light_row(light: &Light, eye: DVec3) -> LightRow {
+    let range = light.fade.and_then(|fade| fade.range);
     let mut row = LightRow {
         color: light.color.to_array(),
         fade_distance: light.fade.map_or(0.0, |fade| fade.distance as f32),
         fade_power: light.fade.map_or(0.0, |fade| fade.power as f32),
+        fade_core: light
+            .fade
+            .map_or(0.0, |fade| f32::from(u8::from(!fade.exact))),
+        range_inverse: range.map_or(0.0, |range| range.recip().min(NEAREST_END) as f32),
         ..Default::default()
     };
     match light.kind {

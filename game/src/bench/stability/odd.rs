@@ -141,7 +141,11 @@ pub fn bad_light(world: &mut World, draw: &mut Draw) {
     let color = Vec3::new(1.0, non_finite(draw) as f32, 0.5);
     let intensity = 1.0;
     let fade = |distance, power| PointLight {
-        fade: Some(Fade { distance, power }),
+        fade: Some(Fade {
+            distance,
+            power,
+            ..Fade::default()
+        }),
         ..PointLight::default()
     };
     match draw.below(6) {
@@ -182,6 +186,7 @@ pub fn odd_sky(world: &mut World, draw: &mut Draw) {
     let fade = Some(Fade {
         distance: extreme(),
         power: extreme(),
+        ..Fade::default()
     });
     let (intensity, spread) = (extreme() as f32, extreme());
     let pose = Transform::from_translation(draw.cube() * 2.0);

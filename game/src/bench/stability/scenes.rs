@@ -138,6 +138,7 @@ fn lights() -> [Light; 3] {
     let fade = Some(Fade {
         distance: 8.0,
         power: 2.0,
+        ..Fade::default()
     });
     [
         Light {
