@@ -21,6 +21,7 @@ pub mod frame;
 pub mod geom;
 pub mod import;
 pub mod input;
+mod pod;
 pub mod present;
 pub mod profile;
 pub mod scene;

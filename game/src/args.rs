@@ -53,9 +53,13 @@ Examples:
   orrery bench stability --backend cpu           leaks, self-hits, lost boxes, far and tiny scenes, bad input
   orrery bench spd --report spd                  the Standard Procedural Databases, rays as published
   orrery bench bart --frames 100 --report bart   kitchen, robots and museum, played to their last frame
+  orrery bench start                             large scenes from file to ready to trace, without and with the cache
   orrery bench import --report import            odd and broken model files: loaded or refused, never a panic
   orrery check my_scene.ron                      every problem of a scene or model file with its place
   orrery model.obj                               a model by itself, lit and framed
+
+Large models are kept, read and with their trees, in the user's cache folder (Linux: ~/.cache/orrery), at most 2 GiB, so that
+they start faster the next time. ORRERY_CACHE_DIR names another folder; empty, nothing is kept.
 
 Exit codes: 0 done, 1 the input is bad, 2 usage, 3 no usable device.";
 

@@ -40,7 +40,7 @@ pub fn run(
         say(format_args!("no display ({why}): a preview instead"));
         return preview::run(scene, common);
     }
-    let (mut engine, issues) = stage::set_with_warnings(scene, common, SIZE, 30.0)?;
+    let (mut engine, issues) = stage::open(scene, common, SIZE, 30.0)?;
     engine.world.resource_mut::<TraceSettings>().refine_to = window.refine;
     let mut log = ProfileLog::open(common.profile.as_deref())?;
     let defaults = WindowOptions::default();

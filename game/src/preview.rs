@@ -39,7 +39,7 @@ const FOLDER: &str = "frames";
 /// Renders the preview of a scene and says where it is.
 pub fn run(scene: &Path, common: &Common) -> Result<(), Failure> {
     let start = Instant::now();
-    let mut engine = stage::set(scene, common, SIZE, 1.0)?;
+    let (mut engine, _) = stage::open(scene, common, SIZE, 1.0)?;
     let mut log = ProfileLog::open(common.profile.as_deref())?;
     stage::cast(&mut engine, device::open(common)?);
     interrupt::listen();

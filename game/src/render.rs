@@ -38,7 +38,7 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
     let todo: Vec<u64> = frames
         .filter(|&frame| !(request.resume && request.out.path(frame).is_file()))
         .collect();
-    let mut engine = stage::set(&request.scene, common, SIZE, request.fps)?;
+    let (mut engine, _) = stage::open(&request.scene, common, SIZE, request.fps)?;
     let mut log = ProfileLog::open(common.profile.as_deref())?;
     let tracer = device::open(common)?;
     if request.levels.is_some() && tracer.backend() == Backend::Reference {

@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::UVec2;
 use orrery_engine::Engine;
 use orrery_engine::frame::{FrameScene, TraceSettings, View};
+use orrery_engine::import::{Cache, Loader, user_folder};
 use orrery_engine::profile::Profile;
 use orrery_engine::time::{Clock, Time};
 use orrery_engine::trace::{ActiveTracer, Picture, TraceFault, Tracer};
@@ -12,34 +13,60 @@ use orrery_engine::trace::{ActiveTracer, Picture, TraceFault, Tracer};
 use crate::args::Common;
 use crate::assets::find_scene;
 use crate::failure::Failure;
-use crate::output::note;
+use crate::output::{note, watch};
 
-/// Puts a scene (a path, or the bare name of one that comes along) into a new engine without a tracer.
+/// Puts a scene (a path, or the bare name of one that comes along) into a new engine without a tracer. For measurements:
+/// nothing is taken from the cache, and nothing left there.
 pub fn set(
     scene: &Path,
     common: &Common,
     size: UVec2,
     frames_per_sec: f64,
 ) -> Result<Engine, Failure> {
-    set_with_warnings(scene, common, size, frames_per_sec).map(|(engine, _)| engine)
+    let (engine, warnings) = load(scene, common, (size, frames_per_sec), Loader::default())?;
+    tell(&warnings);
+    Ok(engine)
 }
 
-/// [`set`], and what is odd about the scene, which has been said on stderr already.
-pub fn set_with_warnings(
+/// [`set`] for those who wait: with the user's cache, and a bar where it takes long. With what is odd about the scene,
+/// which has been said on stderr already.
+pub fn open(
     scene: &Path,
     common: &Common,
     size: UVec2,
     frames_per_sec: f64,
 ) -> Result<(Engine, Vec<String>), Failure> {
+    let loader = Loader {
+        cache: user_folder().map(Cache::in_folder),
+        ..Loader::default()
+    };
+    let progress = loader.progress.clone();
+    let load = || load(scene, common, (size, frames_per_sec), loader);
+    let (engine, warnings) = watch(&progress, load)?;
+    tell(&warnings);
+    Ok((engine, warnings))
+}
+
+fn tell(warnings: &[String]) {
+    for warning in warnings {
+        note(format_args!("note: {warning}"));
+    }
+}
+
+/// [`open`] with a loader of the caller's, in silence.
+pub fn load(
+    scene: &Path,
+    common: &Common,
+    (size, frames_per_sec): (UVec2, f64),
+    loader: Loader,
+) -> Result<(Engine, Vec<String>), Failure> {
     let path = find_scene(scene)?;
     let mut engine = Engine::new();
     engine.add_plugin(orrery_engine::profile::plugin);
+    engine.world.insert_resource(loader);
     let report = orrery_engine::scene::load(&mut engine.world, &path)
         .map_err(|problems| Failure::Input(problems.to_string()))?;
     let warnings: Vec<String> = report.warnings.iter().map(ToString::to_string).collect();
-    for warning in &warnings {
-        note(format_args!("note: {warning}"));
-    }
     engine.world.insert_resource(settings(common, size));
     engine.world.resource_mut::<Time>().frames_per_sec = frames_per_sec;
     engine

@@ -18,6 +18,8 @@ fn orrery_in(folder: &Path, arguments: &[&str]) -> Output {
     Command::new(program())
         .args(arguments)
         .current_dir(folder)
+        // The user's own cache is no place for tests.
+        .env("ORRERY_CACHE_DIR", "")
         .env_remove("DISPLAY")
         .env_remove("WAYLAND_DISPLAY")
         .env_remove("WAYLAND_SOCKET")

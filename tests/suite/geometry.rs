@@ -8,7 +8,7 @@ use std::path::{Path, PathBuf};
 use bevy_ecs::prelude::*;
 use glam::DVec3;
 use orrery_engine::Engine;
-use orrery_engine::import::import_obj;
+use orrery_engine::import::import;
 use orrery_engine::time::Clock;
 use orrery_engine::world::{
     ClipLayer, ClipPlayer, GlobalTransform, KeyFrames, Loop, Mesh, Meshes, OwnMesh,
@@ -222,7 +222,7 @@ fn error_of(file: &Path, expected: &Expected) -> Result<f64, String> {
 }
 
 fn surface_of_obj(path: &Path) -> Result<Surface, String> {
-    let model = import_obj(path)?;
+    let model = import(path)?;
     let mut surface = Surface::default();
     for part in &model.parts {
         surface.add(&part.mesh.vertices, &part.mesh.triangles);

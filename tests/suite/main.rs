@@ -2,6 +2,7 @@
 
 mod animated;
 mod bench;
+mod cache;
 mod cli;
 mod coincident;
 mod device_instances;

@@ -140,6 +140,7 @@ impl Player {
             .args(["--size", "320x240", "--backend", "cpu"])
             .args(arguments)
             .current_dir(&folder.0)
+            .env("ORRERY_CACHE_DIR", "")
             .env("DISPLAY", &display)
             .env_remove("WAYLAND_DISPLAY")
             .env_remove("WAYLAND_SOCKET")

@@ -2,13 +2,14 @@
 //! all. All are [`Node4`]s, so that one walk serves them; [`Bounds`] says how to read a slot.
 
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::build::{balanced, medians, widen};
 use super::{CHILD_NONE, Child, Extent, Node4, Tree};
 use crate::geom::Aabb;
 
 /// What the slots of a tree's nodes hold.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Bounds {
     /// Boxes.
     #[default]

@@ -1,5 +1,6 @@
 //! A tree: nodes, and primitives in the order of its leaves.
 
+use serde::{Deserialize, Serialize};
 use std::ops::Range;
 
 use super::structures::bounds_content;
@@ -7,14 +8,17 @@ use super::{Bounds, CHILD_LEAF, CHILD_NONE, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, N
 use crate::geom::Aabb;
 
 /// A 4-wide tree over numbered boxes.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Tree {
     /// Node 0 is the root; empty for no primitives. Breadth first: the children of a level's nodes are the
     /// next level, in the same order.
+    #[serde(with = "crate::pod::array")]
     pub nodes: Vec<Node4>,
     /// Primitive numbers; a leaf names a range of these.
+    #[serde(with = "crate::pod::array")]
     pub prims: Vec<u32>,
     /// `levels[d]..levels[d + 1]` are the nodes of depth d, the root's being 0; empty for no primitives.
+    #[serde(with = "crate::pod::array")]
     pub levels: Vec<u32>,
     /// What slots of nodes hold.
     pub bounds: Bounds,

@@ -3,34 +3,45 @@
 //! An importer returns a [`Model`], or a sentence that says what is wrong with the file; it never touches the world. What
 //! its crate may do to it, [`import`] catches.
 
+mod cache;
 mod fbx;
+mod files;
 mod gltf;
+mod load;
 mod model;
 mod mtl;
 mod nff;
 mod obj;
 mod picture;
 mod poses;
+mod progress;
 mod smooth;
 
-pub use fbx::{import_fbx, read_fbx};
-pub use gltf::{import_gltf, read_gltf};
+pub use cache::{CACHE_VARIABLE, Cache, user_folder};
+pub use fbx::read_fbx;
+pub use files::Files;
+use files::bytes_of;
+pub use gltf::read_gltf;
+pub use load::Loader;
 pub use model::{Content, Joints, Model, Node, Part, Solid, Warnings};
 pub use mtl::{material_of, with_pictures};
-pub use nff::{import_nff, import_nff_text};
-pub use obj::{import_obj, read_obj};
+pub use nff::import_nff_text;
+pub use obj::read_obj;
 pub use picture::{Pictures, decode_sky, decode_texture, import_sky, import_texture};
 pub use poses::import_pose;
+pub use progress::{Progress, Step};
 pub use smooth::{smooth, smooth_part};
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::Path;
 
+use serde::{Deserialize, Serialize};
+
 /// A kind of file, by the ending of its name.
 struct Format {
     endings: &'static [&'static str],
     name: &'static str,
-    import: fn(&Path) -> Result<Model, String>,
+    import: fn(&Path, &Files) -> Result<Model, String>,
 }
 
 /// All that can be read.
@@ -38,22 +49,22 @@ const FORMATS: &[Format] = &[
     Format {
         endings: &["fbx"],
         name: "FBX",
-        import: import_fbx,
+        import: fbx::import,
     },
     Format {
         endings: &["obj"],
         name: "Wavefront OBJ",
-        import: import_obj,
+        import: obj::import,
     },
     Format {
         endings: &["gltf", "glb"],
         name: "glTF",
-        import: import_gltf,
+        import: gltf::import,
     },
     Format {
         endings: &["nff", "aff"],
         name: "NFF and AFF",
-        import: import_nff,
+        import: nff::import,
     },
 ];
 
@@ -82,30 +93,19 @@ pub fn endings() -> String {
 /// A sentence without the file's name that says what is wrong, and where in the file. A reader that gives up in the
 /// middle is a mistake of ours or of its crate's; it is reported like that and ends nothing.
 pub fn import(path: &Path) -> Result<Model, String> {
+    import_from(path, &Files::beside(path))
+}
+
+/// [`import()`], with note of what was read for it.
+fn import_from(path: &Path, files: &Files) -> Result<Model, String> {
     let format =
         format_of(path).ok_or_else(|| format!("its name does not end in one of {}", endings()))?;
-    let mut model = caught(format.name, || (format.import)(path))?;
+    let mut model = caught(format.name, || (format.import)(path, files))?;
     model.settle_clips();
     if !model.contents().any(Content::is_visible) {
         model.warnings.push("it holds nothing that can be seen");
     }
     Ok(model)
-}
-
-/// Longest file that is read, bytes.
-const LONGEST: u64 = 1 << 30;
-
-/// The bytes of a file. Not of a device, which could be read for ever.
-fn bytes_of(path: &Path) -> Result<Vec<u8>, String> {
-    let told = |error: std::io::Error| format!("it cannot be read: {error}");
-    let what = std::fs::metadata(path).map_err(told)?;
-    if !what.is_file() {
-        return Err("it cannot be read: it is not a file".into());
-    }
-    if what.len() > LONGEST {
-        return Err(format!("it is longer than {} MiB", LONGEST >> 20));
-    }
-    std::fs::read(path).map_err(told)
 }
 
 /// Calls a reader that may panic.
@@ -123,12 +123,14 @@ pub fn is_of_a_panic(reason: &str) -> bool {
 }
 
 /// Faces without places: what all poses of a mesh have in common.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Outline {
     /// Vertices of the group, numbered by first use.
     pub vertices: usize,
     /// Corners of each face.
+    #[serde(with = "crate::pod::array")]
     pub arities: Vec<u32>,
     /// Vertices at the corners, face by face.
+    #[serde(with = "crate::pod::array")]
     pub corners: Vec<u32>,
 }

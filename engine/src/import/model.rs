@@ -7,6 +7,7 @@ use std::collections::{HashMap, HashSet};
 use std::sync::Arc;
 
 use glam::{DAffine3, Vec3};
+use serde::{Deserialize, Serialize};
 
 use super::Outline;
 use crate::world::{
@@ -15,13 +16,15 @@ use crate::world::{
 };
 
 /// What a model file holds.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Model {
     /// Parents before their children.
     pub nodes: Vec<Node>,
     /// Meshes that nodes show; none is empty.
+    #[serde(with = "crate::pod::parallel")]
     pub parts: Vec<Part>,
     /// Pictures of the file; [`crate::world::TextureId`] of its materials is a row of these.
+    #[serde(with = "crate::pod::parallel")]
     pub textures: Vec<Texture>,
     /// The materials of the file, by name.
     pub materials: Vec<(String, Material)>,
@@ -36,7 +39,7 @@ pub struct Model {
 }
 
 /// An entity to be.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Node {
     /// What the file calls it; may be empty, need not be unique.
     pub name: String,
@@ -53,7 +56,7 @@ pub struct Node {
 }
 
 /// Something at a node.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Serialize, Deserialize)]
 pub enum Content {
     /// A mesh.
     Part {
@@ -82,7 +85,7 @@ pub enum Content {
 }
 
 /// A solid that files hold by its numbers.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Solid {
     /// About the node's origin.
     Sphere(Sphere),
@@ -93,24 +96,26 @@ pub enum Solid {
 }
 
 /// One mesh of a [`Model`].
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Part {
     /// Its triangles.
     pub mesh: MeshData,
     /// The faces as the file has them; empty where no other file can be a pose of this one.
     pub outline: Outline,
     /// Which vertex of the outline each vertex of the mesh is.
+    #[serde(with = "crate::pod::array")]
     pub sources: Vec<u32>,
     /// Poses that the file plays through.
     pub keys: Option<KeyFrames>,
     /// Morph targets, and the weights they have at rest.
     pub morph: Option<Morph>,
     /// Which joints of a [`Content::Part`]'s skin hold which vertex.
+    #[serde(with = "crate::pod::maybe_shared")]
     pub binding: Option<Arc<SkinBinding>>,
 }
 
 /// Joints of a skin.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Joints {
     /// Rows of [`Model::nodes`].
     pub nodes: Vec<usize>,
@@ -120,7 +125,7 @@ pub struct Joints {
 
 /// Sentences about what is odd in a file: a texture that is missing, a face left out. Broken files can have one a
 /// face, so only the first few are kept and the rest counted.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Warnings {
     told: Vec<String>,
     untold: usize,

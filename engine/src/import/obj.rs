@@ -10,7 +10,7 @@ use std::path::Path;
 use glam::{DVec2, DVec3, Vec2, Vec3};
 
 use super::{
-    Content, Model, Node, Outline, Part, Pictures, Warnings, bytes_of, caught, material_of,
+    Content, Files, Model, Node, Outline, Part, Pictures, Warnings, bytes_of, caught, material_of,
     with_pictures,
 };
 use crate::world::{MeshData, triangulate_face};
@@ -20,19 +20,17 @@ use crate::world::{MeshData, triangulate_face};
 /// # Errors
 /// A sentence without the file's name: it cannot be opened, is no OBJ, has no face, or names a vertex
 /// that is not there or not finite. A material file that is missing or bad is a warning.
-pub fn import_obj(path: &Path) -> Result<Model, String> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    read_obj(&bytes_of(path)?, folder, &|name| {
-        bytes_of(&folder.join(name))
-    })
+pub fn import(path: &Path, files: &Files) -> Result<Model, String> {
+    let open = |name: &Path| files.bytes(&files.folder().join(name));
+    read(&text_of(&files.bytes(path)?), files, &open)
 }
 
-/// [`import_obj`] for bytes. `open` gives those of its material files by their names; pictures are in the folder.
+/// [`import`] for bytes. `open` gives those of its material files by their names; pictures are in the folder.
 ///
 /// # Errors
-/// See [`import_obj`].
+/// See [`import`].
 pub fn read_obj(bytes: &[u8], folder: &Path, open: &Open) -> Result<Model, String> {
-    read(&text_of(bytes), folder, open)
+    read(&text_of(bytes), &Files::of_folder(folder), open)
 }
 
 /// Gives the bytes of a file beside the model.
@@ -67,7 +65,7 @@ fn plain(text: &str) -> String {
     plain
 }
 
-fn read(text: &str, folder: &Path, open: &Open) -> Result<Model, String> {
+fn read(text: &str, files: &Files, open: &Open) -> Result<Model, String> {
     // tobj asks for material files through a shared closure.
     let warnings = RefCell::new(Warnings::default());
     let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |name| {
@@ -76,7 +74,7 @@ fn read(text: &str, folder: &Path, open: &Open) -> Result<Model, String> {
     let (models, materials) =
         loaded.map_err(|error| format!("it is not a valid OBJ file: {error}"))?;
     let mut warnings = warnings.into_inner();
-    let mut pictures = Pictures::new(folder);
+    let mut pictures = Pictures::new(files);
     let materials: Vec<(String, _)> = materials
         .unwrap_or_default()
         .iter()
@@ -131,7 +129,7 @@ fn options() -> tobj::LoadOptions {
 }
 
 /// Faces and places of the vertices of each group that has faces, in the file's order. Materials are not read,
-/// but part a group like those of [`import_obj`].
+/// but part a group like those of [`import`].
 ///
 /// # Errors
 /// A sentence without the file's name: it cannot be opened or is no OBJ.

@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 use glam::Vec3;
 use image::{DynamicImage, ImageDecoder, ImageFormat, ImageReader, Limits};
 
-use super::{Warnings, bytes_of, caught};
+use super::{Files, Warnings, bytes_of, caught};
 use crate::world::{ColorSpace, Texture, TextureId, Wrap, linear_light};
 
 /// Most texels of a picture: 8192 along both edges.
@@ -23,9 +23,12 @@ const MOST_GROWTH: u64 = 2048;
 /// # Errors
 /// A sentence without the file's name: it cannot be read, is none of the formats, is broken or too large.
 pub fn import_texture(path: &Path, space: ColorSpace, wrap: Wrap) -> Result<Texture, String> {
-    let bytes = bytes_of(path)?;
+    texture_of(path, &bytes_of(path)?, space, wrap)
+}
+
+fn texture_of(path: &Path, bytes: &[u8], space: ColorSpace, wrap: Wrap) -> Result<Texture, String> {
     let ending = path.extension().and_then(|ending| ending.to_str());
-    let mut texture = decode_texture(&bytes, ending, space, wrap)?;
+    let mut texture = decode_texture(bytes, ending, space, wrap)?;
     texture.name = path
         .file_stem()
         .unwrap_or_default()
@@ -113,17 +116,17 @@ pub fn decode_sky(bytes: &[u8], ending: Option<&str>) -> Result<Texture, String>
 
 /// The textures of a model under way: each picture once a use, missing ones told once.
 pub struct Pictures<'a> {
-    folder: &'a Path,
+    files: &'a Files,
     rows: HashMap<(String, ColorSpace, Wrap), Option<TextureId>>,
     /// Rows of [`super::Model::textures`].
     pub textures: Vec<Texture>,
 }
 
 impl<'a> Pictures<'a> {
-    /// None yet; files are looked for from this folder.
-    pub fn new(folder: &'a Path) -> Self {
+    /// None yet; files are looked for from their folder.
+    pub fn new(files: &'a Files) -> Self {
         Self {
-            folder,
+            files,
             rows: HashMap::new(),
             textures: Vec::new(),
         }
@@ -137,8 +140,9 @@ impl<'a> Pictures<'a> {
         warnings: &mut Warnings,
     ) -> Option<TextureId> {
         let path = self.find(name);
+        let files = self.files;
         self.row((name, space, wrap), warnings, || {
-            import_texture(&path, space, wrap)
+            texture_of(&path, &files.bytes(&path)?, space, wrap)
         })
     }
 
@@ -185,8 +189,9 @@ impl<'a> Pictures<'a> {
     fn find(&self, name: &str) -> PathBuf {
         let name = name.replace('\\', "/");
         let last = name.rsplit('/').next().unwrap_or(&name);
-        let places = [&name, last, &format!("textures/{last}")].map(|name| self.folder.join(name));
-        let found = places.iter().find(|place| place.is_file());
+        let places =
+            [&name, last, &format!("textures/{last}")].map(|name| self.files.folder().join(name));
+        let found = places.iter().find(|place| self.files.is_there(place));
         found.unwrap_or(&places[0]).clone()
     }
 }

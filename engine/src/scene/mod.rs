@@ -33,7 +33,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::reflect::AppTypeRegistry;
 
 use crate::app::Engine;
-use crate::import;
+use crate::import::{self, Loader};
 use crate::schedule::FrameSet;
 
 /// Largest scene file that is read, bytes: a mesh belongs into a file of its own.
@@ -61,13 +61,34 @@ pub fn plugin(engine: &mut Engine) {
 /// # Errors
 /// Every problem of the file; the world is then as it was.
 pub fn load(world: &mut World, path: &Path) -> Result<LoadReport, Problems> {
-    if import::is_model(path) {
-        let report = load_resolved(world, resolve::resolve_model(path))?;
-        rehearsal::rehearse(world);
-        return Ok(report);
-    }
-    let text = read_text(path)?;
-    load_text(world, &text, path)
+    let loader = world.get_resource_or_init::<Loader>().clone();
+    put(world, prepare(path, &loader)?)
+}
+
+/// A scene that is read, but in no world yet.
+pub struct Prepared {
+    resolved: resolve::Resolved,
+    report: Report,
+    /// A model file by itself, which is to be framed by all it does.
+    is_model: bool,
+}
+
+/// The first part of [`load`], and the one that takes long; needs no world, so any thread can do it.
+///
+/// # Errors
+/// The file cannot be read; what else is wrong is told by [`put`].
+pub fn prepare(path: &Path, loader: &Loader) -> Result<Prepared, Problems> {
+    let is_model = import::is_model(path);
+    let (resolved, report) = if is_model {
+        resolve::resolve_model(path, loader)
+    } else {
+        resolve::resolve(&read_text(path)?, path, loader)
+    };
+    Ok(Prepared {
+        resolved,
+        report,
+        is_model,
+    })
 }
 
 /// Loads a scene from text; `path` names it in problems, and mesh files are found from its folder.
@@ -75,18 +96,38 @@ pub fn load(world: &mut World, path: &Path) -> Result<LoadReport, Problems> {
 /// # Errors
 /// See [`load`].
 pub fn load_text(world: &mut World, text: &str, path: &Path) -> Result<LoadReport, Problems> {
-    load_resolved(world, resolve::resolve(text, path))
+    let loader = world.get_resource_or_init::<Loader>().clone();
+    let (resolved, report) = resolve::resolve(text, path, &loader);
+    put(
+        world,
+        Prepared {
+            resolved,
+            report,
+            is_model: false,
+        },
+    )
 }
 
-fn load_resolved(
+/// The second part of [`load`].
+///
+/// # Errors
+/// See [`load`].
+pub fn put(
     world: &mut World,
-    (resolved, report): (resolve::Resolved, Report),
+    Prepared {
+        resolved,
+        report,
+        is_model,
+    }: Prepared,
 ) -> Result<LoadReport, Problems> {
     if !report.problems.0.is_empty() {
         return Err(report.problems);
     }
     unload(world);
     spawn::spawn(world, resolved);
+    if is_model {
+        rehearsal::rehearse(world);
+    }
     Ok(LoadReport {
         warnings: report.warnings,
         summary: report.summary,
@@ -96,7 +137,7 @@ fn load_resolved(
 /// Lists every problem of a scene file or a model file, and what is right, without a world.
 pub fn check(path: &Path) -> Report {
     if import::is_model(path) {
-        return resolve::resolve_model(path).1;
+        return resolve::resolve_model(path, &Loader::default()).1;
     }
     match read_text(path) {
         Ok(text) => check_text(&text, path),
@@ -109,7 +150,7 @@ pub fn check(path: &Path) -> Report {
 
 /// [`check`] for text; `path` as in [`load_text`].
 pub fn check_text(text: &str, path: &Path) -> Report {
-    resolve::resolve(text, path).1
+    resolve::resolve(text, path, &Loader::default()).1
 }
 
 /// A scene file's values without their meaning: no file is opened, no id looked up.

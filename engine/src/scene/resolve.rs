@@ -16,7 +16,7 @@ use super::reader::{Reader, Schema};
 use super::schema::{self, At, Entity, MeshFile, Scene, Shape};
 use super::syntax;
 use super::timeline::last_key;
-use crate::import::{self, Content, Model, smooth_part};
+use crate::import::{self, Content, Loader, Model};
 use crate::world::Texture;
 pub use poses::PoseKey;
 pub use textures::{TextureKey, pictures, texture_key};
@@ -58,14 +58,15 @@ pub fn read(text: &str) -> (Scene, Vec<RawProblem>) {
 }
 
 /// Reads, looks up every name, opens every file.
-pub fn resolve(text: &str, path: &Path) -> (Resolved, Report) {
+pub fn resolve(text: &str, path: &Path, loader: &Loader) -> (Resolved, Report) {
     let (scene, problems) = read(text);
-    look_up((scene, problems), text, path)
+    look_up((scene, problems), (text, path), loader)
 }
 
 /// A model file as the scene that shows it.
-pub fn resolve_model(path: &Path) -> (Resolved, Report) {
-    let (mut resolved, mut report) = look_up((model_file::scene_of(path), Vec::new()), "", path);
+pub fn resolve_model(path: &Path, loader: &Loader) -> (Resolved, Report) {
+    let scene = (model_file::scene_of(path), Vec::new());
+    let (mut resolved, mut report) = look_up(scene, ("", path), loader);
     model_file::complete(&mut resolved);
     for problem in report.problems.0.iter_mut().chain(&mut report.warnings) {
         // Importers say where in the file; the scene that shows it is written nowhere.
@@ -78,11 +79,14 @@ pub fn resolve_model(path: &Path) -> (Resolved, Report) {
 /// Looks up every name, opens every file.
 fn look_up(
     (scene, problems): (Scene, Vec<RawProblem>),
-    text: &str,
-    path: &Path,
+    (text, path): (&str, &Path),
+    loader: &Loader,
 ) -> (Resolved, Report) {
     let folder = path.parent().unwrap_or(Path::new(""));
-    let mut resolver = Resolver::default();
+    let mut resolver = Resolver {
+        loader: loader.clone(),
+        ..Resolver::default()
+    };
     resolver.reader.problems = problems;
     resolver.gather(&scene.entities, &mut Vec::new());
     resolver.materials = scene
@@ -94,6 +98,7 @@ fn look_up(
     for (_, material) in &scene.materials {
         resolver.open_textures(material, folder);
     }
+    resolver.load_models(&scene.entities, folder);
     resolver.look_up(&scene.entities, folder);
     resolver.look_up_timeline(&scene);
     if let Some(id) = &scene.active_camera {
@@ -125,6 +130,7 @@ fn look_up(
 
 #[derive(Default)]
 struct Resolver {
+    loader: Loader,
     reader: Reader,
     warnings: Vec<RawProblem>,
     /// Ids of entities, each with the ids above it.
@@ -133,6 +139,8 @@ struct Resolver {
     models: HashMap<MeshKey, Model>,
     poses: HashMap<PoseKey, Vec<Vec<DVec3>>>,
     textures: HashMap<TextureKey, Option<Texture>>,
+    /// Warnings of models that were not told yet.
+    unsaid: HashMap<MeshKey, Vec<String>>,
     /// Mesh files that could not be imported, so that each is told once a use.
     failed: HashMap<MeshKey, String>,
     summary: Summary,
@@ -249,25 +257,37 @@ impl Resolver {
         known
     }
 
+    /// Loads the model of every mesh.
+    fn load_models(&mut self, entities: &[Entity], folder: &Path) {
+        let mut keys = Vec::new();
+        list_models(entities, (&mut keys, &mut HashSet::new()));
+        let files: Vec<_> = keys
+            .iter()
+            .map(|(path, angle)| (folder.join(path), angle.map(f64::from_bits)))
+            .collect();
+        for (key, model) in keys.into_iter().zip(self.loader.load(&files)) {
+            match model {
+                Ok(model) => {
+                    let warnings = model.warnings.sentences();
+                    self.unsaid.insert(key.clone(), warnings);
+                    self.models.insert(key, model);
+                }
+                Err(why) => drop(self.failed.insert(key, why)),
+            }
+        }
+    }
+
     fn open_mesh(&mut self, mesh: &MeshFile, folder: &Path) {
         let key = mesh_key(&mesh.path.value, mesh.smooth_angle);
         let place = &mesh.path.place;
-        if !self.models.contains_key(&key) && !self.failed.contains_key(&key) {
-            match import(&folder.join(&mesh.path.value), mesh.smooth_angle) {
-                Ok(model) => {
-                    self.warnings
-                        .extend(model.warnings.sentences().iter().map(|warning| RawProblem {
-                            place: place.clone(),
-                            what: format!("`{}`: {warning}", mesh.path.value),
-                            expected: None,
-                            suggestion: None,
-                        }));
-                    self.models.insert(key.clone(), model);
-                }
-                Err(why) => {
-                    self.failed.insert(key.clone(), why);
-                }
-            }
+        // Told where the file is named first.
+        for warning in self.unsaid.remove(&key).into_iter().flatten() {
+            self.warnings.push(RawProblem {
+                place: place.clone(),
+                what: format!("`{}`: {warning}", mesh.path.value),
+                expected: None,
+                suggestion: None,
+            });
         }
         if let Some(model) = self.models.get(&key) {
             self.summary.meshes += model.parts.len().min(1);
@@ -306,6 +326,19 @@ impl Resolver {
     }
 }
 
+/// Every mesh once, in order.
+fn list_models(entities: &[Entity], (keys, seen): (&mut Vec<MeshKey>, &mut HashSet<MeshKey>)) {
+    for entity in entities {
+        if let Some(Shape::Mesh(mesh)) = &entity.shape {
+            let key = mesh_key(&mesh.path.value, mesh.smooth_angle);
+            if seen.insert(key.clone()) {
+                keys.push(key);
+            }
+        }
+        list_models(&entity.children, (keys, seen));
+    }
+}
+
 fn find<'a>(entities: &'a [Entity], id: &str) -> Option<&'a Entity> {
     entities.iter().find_map(|entity| {
         let own = entity.id.as_ref().is_some_and(|own| own.value == id);
@@ -315,16 +348,6 @@ fn find<'a>(entities: &'a [Entity], id: &str) -> Option<&'a Entity> {
             find(&entity.children, id)
         }
     })
-}
-
-fn import(path: &Path, smooth_angle: Option<f64>) -> Result<Model, String> {
-    let mut model = import::import(path)?;
-    if let Some(angle) = smooth_angle {
-        for part in &mut model.parts {
-            smooth_part(part, angle);
-        }
-    }
-    Ok(model)
 }
 
 /// The file of the same folder whose name is nearest, if one is near enough.

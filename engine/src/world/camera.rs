@@ -2,13 +2,14 @@
 
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::{Transform, Visibility};
 
 /// A camera at its entity's pose, looking along local -Z with +Y up.
 ///
 /// The picture shows the first visible camera in order of entity unless [`ActiveCamera`] names one.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[component(summary_tick)]
 #[require(Transform, Visibility)]
@@ -32,7 +33,7 @@ impl Default for Camera {
 }
 
 /// How directions become pixels.
-#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Default, Clone, PartialEq)]
 pub enum Projection {
     /// A pinhole.
@@ -56,7 +57,7 @@ impl Default for Projection {
 }
 
 /// The tone curve applied after exposure, before sRGB encoding.
-#[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq, Default, Hash)]
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq, Default, Hash, Serialize, Deserialize)]
 #[reflect(Default, Clone, PartialEq)]
 pub enum ToneMap {
     /// Clip to [0, 1]: the plain picture, as a ray tracer of 2008 would show it.

@@ -12,8 +12,10 @@ mod tests;
 pub use player::{ClipLayer, ClipPlayer, play_clips};
 pub use set::{ClipPlace, ClipSet};
 
+use serde::{Deserialize, Serialize};
+
 /// An animation of some entities.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Clip {
     /// What the file calls it.
     pub name: String,
@@ -26,23 +28,25 @@ pub struct Clip {
 }
 
 /// Keys of one value of one entity.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Track {
     /// Which of the entities that the clip's owner knows.
     pub target: usize,
     /// What it writes.
     pub channel: Channel,
     /// Seconds, at least one, none less than the one before; of two that are equal the later holds from there on.
+    #[serde(with = "crate::pod::array")]
     pub times: Vec<f64>,
     /// Key by key: [`Channel`]'s numbers; with [`Interpolation::Cubic`] three times as many: the velocity (a second)
     /// with which the key is reached, the value, the velocity with which it is left.
+    #[serde(with = "crate::pod::array")]
     pub values: Vec<f64>,
     /// What is between the keys.
     pub interpolation: Interpolation,
 }
 
 /// What a [`Track`] writes.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 pub enum Channel {
     /// Three numbers.
     Translation,
@@ -59,7 +63,7 @@ pub enum Channel {
 }
 
 /// What is between two keys.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Interpolation {
     /// The earlier one.
     Step,

@@ -4,9 +4,10 @@
 //! million periods a thing is where it was, bit for bit where the period is exact in f64.
 
 use bevy_reflect::prelude::*;
+use serde::{Deserialize, Serialize};
 
 /// What follows the last key.
-#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Reflect, Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[reflect(Default, Clone, PartialEq)]
 pub enum Loop {
     /// The last value stays.

@@ -17,6 +17,7 @@ pub use skin::Skin;
 use std::sync::Arc;
 
 use glam::{DAffine3, DVec3, Vec3};
+use serde::{Deserialize, Serialize};
 
 /// Steps that a mesh's vertices go through, in order, in the mesh's own space.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -76,11 +77,12 @@ pub enum DeformStep {
 }
 
 /// Sets of one vector a vertex. Compared by identity: two sets of equal numbers are different sets.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct VertexSets {
     /// Vertices of the mesh.
     pub vertices: usize,
     /// Poses relative to the mesh's origin, or offsets; set by set.
+    #[serde(with = "crate::pod::array")]
     pub values: Vec<Vec3>,
 }
 
@@ -115,11 +117,13 @@ impl PartialEq for VertexSets {
 }
 
 /// Joints and weights of every vertex. Compared by identity.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct SkinBinding {
     /// Joints of each vertex; unused places have weight 0.
+    #[serde(with = "crate::pod::array")]
     pub joints: Vec<[u32; 4]>,
     /// Sum to 1.
+    #[serde(with = "crate::pod::array")]
     pub weights: Vec<[f32; 4]>,
     highest_joint: u32,
 }

@@ -3,11 +3,12 @@
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use super::{Transform, Visibility};
 
 /// A light that shines from its entity's position into all directions.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[component(summary_tick)]
 #[require(Transform, Visibility)]
@@ -32,7 +33,7 @@ impl Default for PointLight {
 
 /// How light falls off with the distance d: by default as POV-Ray's `fade_*`, 2 / (1 + (d / distance)^power), full at
 /// `distance` and twice that at the light.
-#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Default, Clone, PartialEq)]
 pub struct Fade {
     /// World units at which the factor is 1.
@@ -91,7 +92,7 @@ impl Fade {
 }
 
 /// A light infinitely far away that shines along its entity's local -Z.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[component(summary_tick)]
 #[require(Transform, Visibility)]
@@ -112,7 +113,7 @@ impl Default for DirectionalLight {
 }
 
 /// A point light limited to a cone about its entity's local -Z.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[component(summary_tick)]
 #[require(Transform, Visibility)]

@@ -4,6 +4,7 @@
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use super::TextureId;
 
@@ -13,7 +14,7 @@ use super::TextureId;
 /// `color*diffuse*a*(N.L)*Lc + phong.strength*(R.L)^n*Lc + specular.strength*(N.H)^n*Lc`,
 /// plus `color*emission*a`, plus reflection, plus transmission times `color*filter + transmit`.
 /// On meshes `color` stands for its product with the colour map and the vertex colours.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[component(summary_tick)]
 pub struct Material {
@@ -68,7 +69,7 @@ impl Default for Material {
 }
 
 /// A highlight.
-#[derive(Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Default, Clone, PartialEq)]
 pub struct Lobe {
     /// Value at the centre.
@@ -87,7 +88,7 @@ impl Default for Lobe {
 }
 
 /// Weight of the mirrored ray.
-#[derive(Reflect, Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Reflect, Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 #[reflect(Default, Clone, PartialEq)]
 pub enum Reflection {
     /// No mirrored ray.

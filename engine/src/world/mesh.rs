@@ -5,8 +5,11 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 use glam::{DVec3, Vec2, Vec3, Vec4};
+use serde::{Deserialize, Serialize};
 
 use super::{Deformation, Structure, Table};
+use crate::bvh::Tree;
+use crate::geom::Aabb;
 
 /// Largest coordinate that has a place in a picture: its square still fits f32 (Embree draws the line there
 /// too). What lies beyond is reported and left out.
@@ -21,7 +24,7 @@ const FARTHEST_UV: f32 = 1_048_576.0;
 pub struct MeshId(pub u32);
 
 /// One indexed triangle mesh in its own space. Immutable: a change makes a new one.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct MeshData {
     /// What people call it (file and group).
     pub name: String,
@@ -32,20 +35,29 @@ pub struct MeshData {
     /// Length of the diagonal of the bounds.
     pub extent: f64,
     /// Vertices as given.
+    #[serde(with = "crate::pod::array")]
     pub vertices: Vec<DVec3>,
     /// Vertices minus `origin`, rounded: what f32 tracers read.
+    #[serde(with = "crate::pod::array")]
     pub positions: Vec<Vec3>,
     /// One unit normal a vertex for smooth shading; empty: flat.
+    #[serde(with = "crate::pod::array")]
     pub normals: Vec<Vec3>,
     /// Its triangles stand for a curved surface that the normals tell of: shadows are cast from there, not from the flat
     /// triangles, which would shade themselves where light comes grazing. Means nothing without normals.
     pub curved: bool,
     /// Texture coordinates, one a vertex, finite; empty: none.
+    #[serde(with = "crate::pod::array")]
     pub uvs: Vec<Vec2>,
     /// Linear red, green and blue, and alpha, one a vertex, all from 0 to 1; empty: white.
+    #[serde(with = "crate::pod::array")]
     pub colors: Vec<Vec4>,
     /// Corners of each triangle, counter-clockwise seen from outside.
+    #[serde(with = "crate::pod::array")]
     pub triangles: Vec<[u32; 3]>,
+    /// Over the boxes of the triangles; none: whoever traces it builds one.
+    #[serde(with = "crate::pod::maybe_shared")]
+    pub tree: Option<Arc<Tree>>,
 }
 
 impl MeshData {
@@ -105,7 +117,15 @@ impl MeshData {
             uvs: Vec::new(),
             colors: Vec::new(),
             triangles,
+            tree: None,
         })
+    }
+
+    /// The box of each triangle at rest, as f32 tracers see it.
+    pub fn boxes(&self) -> Vec<Aabb> {
+        let corner = |i: u32| self.positions[i as usize];
+        let triangles = self.triangles.iter();
+        triangles.map(|t| Aabb::of(t.map(corner))).collect()
     }
 
     /// The mesh with texture coordinates and colours of its vertices; each is empty or one a vertex. Colours are brought

@@ -7,6 +7,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::world::DeferredWorld;
 use bevy_reflect::prelude::*;
 use glam::DVec3;
+use serde::{Deserialize, Serialize};
 
 use super::{MeshId, Meshes, Transform, Visibility};
 
@@ -24,7 +25,7 @@ pub struct Surface(pub Entity);
 pub struct Mesh(pub MeshId);
 
 /// A sphere about the local origin.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[require(Transform, Visibility)]
 #[component(summary_tick)]
@@ -106,7 +107,7 @@ impl Default for Disc {
 }
 
 /// A cylinder between two points, closed with flat caps or open: a tube.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[require(Transform, Visibility)]
 #[component(summary_tick)]
@@ -133,7 +134,7 @@ impl Default for Cylinder {
 }
 
 /// A cone between two points, closed with flat caps or open; truncated where neither radius is 0.
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[require(Transform, Visibility)]
 #[component(summary_tick)]

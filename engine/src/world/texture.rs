@@ -10,11 +10,14 @@ use std::sync::Arc;
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 use glam::Vec3;
+use serde::{Deserialize, Serialize};
 
 use super::Table;
 
 /// Row of [`Textures`]; in a model that is imported, a row of its own textures.
-#[derive(Reflect, Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(
+    Reflect, Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize,
+)]
 #[reflect(Clone, PartialEq)]
 pub struct TextureId(pub u32);
 
@@ -29,7 +32,7 @@ pub enum ColorSpace {
 }
 
 /// What is beyond a picture's edge.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, Serialize, Deserialize)]
 pub enum Wrap {
     /// The picture again.
     #[default]
@@ -41,7 +44,7 @@ pub enum Wrap {
 }
 
 /// One size of a texture.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Level {
     /// Texels across.
     pub width: u32,
@@ -49,11 +52,12 @@ pub struct Level {
     pub height: u32,
     /// Linear red, green and blue, and alpha; 65535 is 1. Row by row from the upper left. Of radiance, the last number is an
     /// exponent e in place of alpha: the others are times 2^(e - 127).
+    #[serde(with = "crate::pod::array")]
     pub texels: Vec<[u16; 4]>,
 }
 
 /// A picture. Texture coordinate (0, 0) is its upper left corner, (1, 1) its lower right one. Immutable.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, Serialize, Deserialize)]
 pub struct Texture {
     /// What people call it.
     pub name: String,

@@ -7,11 +7,12 @@
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 use glam::{DAffine3, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
 
 use super::propagate::Inherited;
 
 /// Pose of an entity relative to its parent: p' = translation + rotation * (scale * p).
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[component(summary_tick)]
 #[require(GlobalTransform)]
@@ -72,7 +73,7 @@ impl Transform {
 /// An extra affine map applied before [`Transform`]: world = parent * transform * affine.
 ///
 /// For what translation, rotation and scale cannot say (shear; matrices of imported files).
-#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Default)]
+#[derive(Component, Reflect, Clone, Copy, Debug, PartialEq, Default, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[component(summary_tick)]
 pub struct Shear(pub DAffine3);

@@ -15,6 +15,7 @@ mod rays;
 mod report;
 mod spd;
 mod stability;
+mod start;
 mod structures;
 mod timing;
 mod walk;
@@ -38,7 +39,7 @@ struct Benchmark {
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 8] = [
+const ALL: [Benchmark; 9] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
@@ -87,6 +88,13 @@ const ALL: [Benchmark; 8] = [
         run: import::run,
         must: import::must_be_met,
         takes: &["--report", "--files"],
+    },
+    Benchmark {
+        name: "start",
+        about: "large scenes from file to ready to trace: the first start, and the second with what is in the cache",
+        run: start::run,
+        must: |_| false,
+        takes: &["--files", "--small"],
     },
     Benchmark {
         name: "stability",

@@ -13,7 +13,7 @@ use ufbx::{
 };
 
 use super::{limits, number};
-use crate::import::{Part, Warnings};
+use crate::import::{Files, Part, Warnings};
 use crate::world::{FARTHEST, KeyFrames, Loop, VertexSets};
 
 /// Largest cache that ufbx may hold, as if it were an FBX file of so many bytes.
@@ -28,12 +28,12 @@ pub struct Poses {
 /// The poses of a mesh from the first of its caches that can be read.
 pub fn read(
     mesh: &Mesh,
-    folder: &Path,
+    files: &Files,
     room: &mut usize,
     warnings: &mut Warnings,
 ) -> Option<Poses> {
     for deformer in &mesh.cache_deformers {
-        match poses_of(mesh, deformer, folder, room) {
+        match poses_of(mesh, deformer, files, room) {
             Ok(poses) => return Some(poses),
             Err(why) => warnings.push(format!(
                 "a geometry cache of `{}` is left out: {why}",
@@ -47,7 +47,7 @@ pub fn read(
 fn poses_of(
     mesh: &Mesh,
     deformer: &CacheDeformer,
-    folder: &Path,
+    files: &Files,
     room: &mut usize,
 ) -> Result<Poses, String> {
     let file = deformer.file.as_ref().ok_or("it names no file")?;
@@ -57,9 +57,11 @@ fn poses_of(
         &file.absolute_filename,
     ];
     let names: Vec<&str> = named.map(|name| name.as_ref()).to_vec();
-    let path = found(folder, &names)
+    let path = found(files.folder(), &names)
         .ok_or_else(|| format!("there is no file `{}` beside it", names[0]))?;
     let path = path.to_str().ok_or("its path is no Unicode")?;
+    // It may name files of its own.
+    files.lose_track();
     let options = GeometryCacheOpts {
         temp_allocator: limits(SIZE),
         result_allocator: limits(SIZE),

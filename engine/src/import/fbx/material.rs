@@ -19,13 +19,11 @@
 //! Numbers are taken as linear. Pictures are looked for within the file, then beside it. Where one is missing, 0.8 grey
 //! stands in for it: the number beside it is mostly black. Of layers of textures the first counts.
 
-use std::path::Path;
-
 use glam::Vec3;
 use ufbx::{Material as FbxMaterial, MaterialMap, Scene, Texture, WrapMode};
 
 use super::number;
-use crate::import::{Model, Pictures, Warnings};
+use crate::import::{Files, Model, Pictures, Warnings};
 use crate::world::{ColorSpace, Lobe, Material, Reflection, TextureId, Wrap};
 
 /// Stands in for textures.
@@ -33,9 +31,9 @@ const GREY: Vec3 = Vec3::splat(0.8);
 /// Exponents beyond this are mirrors to the eye.
 const SHARPEST: f32 = 2000.0;
 
-/// Puts the materials of a file in that folder into the model, in order, each with a name of its own.
-pub fn read(scene: &Scene, folder: &Path, model: &mut Model) {
-    let mut pictures = Pictures::new(folder);
+/// Puts the materials of a file beside these into the model, in order, each with a name of its own.
+pub fn read(scene: &Scene, files: &Files, model: &mut Model) {
+    let mut pictures = Pictures::new(files);
     for (row, material) in scene.materials.into_iter().enumerate() {
         let name = material.element.name.to_string();
         let taken = model.materials.iter().any(|(other, _)| *other == name);

@@ -5,13 +5,12 @@
 //! goes by the file's vertex, which [`Part::sources`] tells.
 
 use std::collections::HashMap;
-use std::path::Path;
 
 use glam::{DVec3, Vec2, Vec3, Vec4};
 use ufbx::{Mesh, MeshPart, Scene};
 
 use super::{cache, morph, number, skin};
-use crate::import::{Model, Part, Warnings};
+use crate::import::{Files, Model, Part, Warnings};
 use crate::world::{FARTHEST, MeshData, linear_light};
 
 /// Which parts of the model the meshes of the file became.
@@ -29,14 +28,14 @@ impl Shapes {
     }
 }
 
-/// Puts all meshes of a file of so many bytes, in this folder, into the model.
-pub fn read(scene: &Scene, (size, folder): (usize, &Path), model: &mut Model) -> Shapes {
+/// Puts all meshes of a file of so many bytes, beside these, into the model.
+pub fn read(scene: &Scene, (size, files): (usize, &Files), model: &mut Model) -> Shapes {
     let mut room = morph::room(size);
     let shapes = scene.meshes.into_iter().map(|mesh| {
         let deform = Deform {
             binding: skin::read(mesh, &mut model.warnings),
             targets: morph::read(mesh),
-            poses: cache::read(mesh, folder, &mut room, &mut model.warnings),
+            poses: cache::read(mesh, files, &mut room, &mut model.warnings),
         };
         let mut parts = Vec::new();
         for (slot, of_material) in mesh.material_parts.iter().enumerate() {

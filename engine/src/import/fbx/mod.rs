@@ -29,7 +29,7 @@ use ufbx::{
     GeometryTransformHandling, InheritModeHandling, LoadOpts, Scene,
 };
 
-use super::Model;
+use super::{Files, Model};
 
 /// Nodes below nodes; deeper files are refused.
 const DEEPEST: u32 = 500;
@@ -45,9 +45,8 @@ const AXES: CoordinateAxes = CoordinateAxes {
 ///
 /// # Errors
 /// A sentence without the file's name: it cannot be opened, or what ufbx finds wrong with it.
-pub fn import_fbx(path: &Path) -> Result<Model, String> {
-    let bytes = std::fs::read(path).map_err(|error| format!("it cannot be read: {error}"))?;
-    read_fbx(&bytes, path.parent().unwrap_or(Path::new("")))
+pub fn import(path: &Path, files: &Files) -> Result<Model, String> {
+    read(&files.bytes(path)?, files)
 }
 
 /// What the bytes of an FBX file in that folder hold.
@@ -55,14 +54,18 @@ pub fn import_fbx(path: &Path) -> Result<Model, String> {
 /// # Errors
 /// A sentence without the file's name.
 pub fn read_fbx(bytes: &[u8], folder: &Path) -> Result<Model, String> {
+    read(bytes, &Files::of_folder(folder))
+}
+
+fn read(bytes: &[u8], files: &Files) -> Result<Model, String> {
     let scene = ufbx::load_memory(bytes, options(bytes.len())).map_err(|error| refused(&error))?;
     let mut model = Model::default();
     for warning in &scene.metadata.warnings {
         model.warnings.push(warning.description.to_string());
     }
     warn_of_what_is_left_out(&scene, &mut model);
-    material::read(&scene, folder, &mut model);
-    let shapes = mesh::read(&scene, (bytes.len(), folder), &mut model);
+    material::read(&scene, files, &mut model);
+    let shapes = mesh::read(&scene, (bytes.len(), files), &mut model);
     node::read(&scene, &shapes, &mut model);
     clip::read(&scene, bytes.len(), &mut model);
     if model.nodes.iter().all(|node| node.contents.is_empty()) {

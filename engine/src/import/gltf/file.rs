@@ -1,12 +1,11 @@
 //! The container: JSON and buffers, checked, before anything is made of them.
 
 use std::cell::Cell;
-use std::path::Path;
 
 use gltf::json::validation::{Checked, Error as Invalid, Validate};
 use gltf::{Document, Gltf, buffer};
 
-use crate::import::bytes_of;
+use crate::import::Files;
 
 /// A document that passed the checks of its schema, and the bytes of its buffers.
 pub struct File {
@@ -26,7 +25,7 @@ const KNOWN: [&str; 1] = ["KHR_mesh_quantization"];
 
 impl File {
     /// Reads a document and its buffers.
-    pub fn open(bytes: &[u8], folder: &Path) -> Result<Self, String> {
+    pub fn open(bytes: &[u8], files: &Files) -> Result<Self, String> {
         let length = bytes.get(8..12).and_then(|length| length.try_into().ok());
         let is_binary = bytes.starts_with(b"glTF");
         if is_binary && length.is_none_or(|length| u32::from_le_bytes(length) < 12) {
@@ -41,7 +40,7 @@ impl File {
         for buffer in document.buffers() {
             let data = match buffer.source() {
                 buffer::Source::Bin => blob.take().ok_or_else(|| "it has no binary chunk".into()),
-                buffer::Source::Uri(uri) => read_uri(uri, folder),
+                buffer::Source::Uri(uri) => read_uri(uri, files),
             };
             let data = data.map_err(|why| format!("buffers[{}]: {why}", buffer.index()))?;
             if data.len() < buffer.length() {
@@ -162,7 +161,7 @@ fn describe(error: &gltf::Error) -> String {
 }
 
 /// The bytes of a data URI, or of a file in the folder.
-fn read_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
+fn read_uri(uri: &str, files: &Files) -> Result<Vec<u8>, String> {
     if let Some(bytes) = data_of(uri) {
         return bytes;
     }
@@ -172,8 +171,10 @@ fn read_uri(uri: &str, folder: &Path) -> Result<Vec<u8>, String> {
             "`{short}` is neither a file beside it nor a data URI"
         ));
     }
-    let path = folder.join(percent_decoded(uri));
-    bytes_of(&path).map_err(|why| format!("`{short}`: {why}"))
+    let path = files.folder().join(percent_decoded(uri));
+    files
+        .bytes(&path)
+        .map_err(|why| format!("`{short}`: {why}"))
 }
 
 /// The bytes that a data URI holds; none: it is another kind of URI.

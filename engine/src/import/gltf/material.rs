@@ -22,14 +22,13 @@
 
 use glam::{Vec3, Vec4};
 use std::collections::HashSet;
-use std::path::Path;
 
 use gltf::material::AlphaMode;
 
 use super::file::File;
 use super::looks::Coordinates;
 use super::picture::Maps;
-use crate::import::{Model, Warnings};
+use crate::import::{Files, Model, Warnings};
 use crate::world::{ColorSpace, Lobe, Material, Reflection};
 
 /// Index of refraction of what does not say its own.
@@ -45,9 +44,9 @@ pub struct Materials {
 }
 
 impl Materials {
-    /// Puts the file's materials into the model, in order, and their pictures, which are looked for from this folder.
-    pub fn read(file: &File, folder: &Path, model: &mut Model) -> Self {
-        let mut maps = Maps::new(file, folder);
+    /// Puts the file's materials into the model, in order, and their pictures, which are among these.
+    pub fn read(file: &File, files: &Files, model: &mut Model) -> Self {
+        let mut maps = Maps::new(file, files);
         let mut coordinates = Vec::new();
         let mut names = HashSet::new();
         for material in file.document.materials() {

@@ -26,25 +26,28 @@ use file::File;
 use material::Materials;
 use primitive::Parts;
 
-use super::{Model, bytes_of};
+use super::{Files, Model};
 
 /// Reads a file and the buffers it names, which lie in its folder.
 ///
 /// # Errors
 /// A sentence without the file's name that says what is wrong, and in which part of the JSON.
-pub fn import_gltf(path: &Path) -> Result<Model, String> {
-    let bytes = bytes_of(path)?;
-    read_gltf(&bytes, path.parent().unwrap_or(Path::new("")))
+pub fn import(path: &Path, files: &Files) -> Result<Model, String> {
+    read(&files.bytes(path)?, files)
 }
 
-/// [`import_gltf`] for bytes; `folder` is where its buffers are.
+/// [`import`] for bytes; `folder` is where its buffers are.
 ///
 /// # Errors
-/// See [`import_gltf`].
+/// See [`import`].
 pub fn read_gltf(bytes: &[u8], folder: &Path) -> Result<Model, String> {
-    let file = File::open(bytes, folder)?;
+    read(bytes, &Files::of_folder(folder))
+}
+
+fn read(bytes: &[u8], files: &Files) -> Result<Model, String> {
+    let file = File::open(bytes, files)?;
     let mut model = Model::default();
-    let materials = Materials::read(&file, folder, &mut model);
+    let materials = Materials::read(&file, files, &mut model);
     let rows = node::read_nodes(&file, &mut model);
     skin::read_skins(&file, &rows, &mut model)?;
     let mut parts = Parts::new(&file, &materials);

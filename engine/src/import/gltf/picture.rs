@@ -1,12 +1,11 @@
 //! Textures of materials: pictures in files beside this one, in data URIs and in buffers.
 
 use std::collections::HashSet;
-use std::path::Path;
 
 use gltf::texture::WrappingMode;
 
 use super::file::{File, data_of, percent_decoded};
-use crate::import::{Pictures, Warnings};
+use crate::import::{Files, Pictures, Warnings};
 use crate::world::{ColorSpace, Texture, TextureId, Wrap};
 
 /// What a byte of a picture takes off the numbers a file may ask for: of a file's size, four times.
@@ -26,12 +25,12 @@ pub struct Maps<'a> {
 type Use = (usize, ColorSpace, Wrap);
 
 impl<'a> Maps<'a> {
-    /// None is read yet; files are looked for from this folder.
-    pub fn new(file: &'a File, folder: &'a Path) -> Self {
+    /// None is read yet; its pictures are among these files.
+    pub fn new(file: &'a File, files: &'a Files) -> Self {
         Self {
             file,
-            shown: Pictures::new(folder),
-            measured: Pictures::new(folder),
+            shown: Pictures::new(files),
+            measured: Pictures::new(files),
             paid: HashSet::new(),
         }
     }

@@ -21,7 +21,7 @@ mod words;
 
 use std::path::Path;
 
-use super::{Model, bytes_of};
+use super::{Files, Model};
 use stage::Stage;
 
 /// Reads an NFF or AFF file and those it includes, which are looked for beside it.
@@ -29,20 +29,20 @@ use stage::Stage;
 /// # Errors
 /// A sentence without the file's name: it cannot be read, a statement is unknown or incomplete (with its line), or
 /// nothing can be seen. A polygon that is none, an include that is not there, and keys without a transform are warnings.
-pub fn import_nff(path: &Path) -> Result<Model, String> {
-    let folder = path.parent().unwrap_or(Path::new(""));
-    import_nff_text(&text_of(path)?, &|name| text_of(&folder.join(name)))
+pub fn import(path: &Path, files: &Files) -> Result<Model, String> {
+    let text_of = |path: &Path| Ok(text(&files.bytes(path)?));
+    import_nff_text(&text_of(path)?, &|name| text_of(&files.folder().join(name)))
 }
 
 /// Latin-1 comments do not stop the reading of the numbers beside them.
-fn text_of(path: &Path) -> Result<String, String> {
-    Ok(String::from_utf8_lossy(&bytes_of(path)?).into_owned())
+fn text(bytes: &[u8]) -> String {
+    String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// [`import_nff`] of a text; `open` gives those of included files by their names.
+/// [`import`] of a text; `open` gives those of included files by their names.
 ///
 /// # Errors
-/// See [`import_nff`].
+/// See [`import`].
 pub fn import_nff_text(
     text: &str,
     open: &dyn Fn(&str) -> Result<String, String>,

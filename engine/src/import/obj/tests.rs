@@ -80,7 +80,7 @@ fn bad_files_are_sentences() {
         assert!(!error.is_empty(), "{text:?}");
     }
     assert!(
-        import_obj(Path::new("nowhere/gone.obj"))
+        super::super::import(Path::new("nowhere/gone.obj"))
             .unwrap_err()
             .contains("cannot be read")
     );

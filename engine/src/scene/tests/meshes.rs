@@ -1,7 +1,7 @@
 //! Mesh files with several groups and materials.
 
 use super::*;
-use crate::import::import_obj;
+use crate::import::import;
 use crate::world::{Material, Mesh, Meshes, Reflection, Surface};
 
 /// A folder of its own for one test, with an OBJ of two groups and its MTL.
@@ -67,7 +67,7 @@ fn parts_have_the_materials_of_their_file_unless_the_scene_says_otherwise() {
         2,
         "rows of removed meshes are used again"
     );
-    let model = import_obj(&folder.join("two.obj")).unwrap();
+    let model = import(&folder.join("two.obj")).unwrap();
     assert_eq!(
         model.materials[1].1.reflection,
         Reflection::Constant(glam::Vec3::splat(0.9))

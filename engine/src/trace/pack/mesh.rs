@@ -103,7 +103,7 @@ pub struct PackedMesh {
 }
 
 impl PackedMesh {
-    /// Builds the tree, of the deformed mesh; the place is to be taken. Deformations from
+    /// Builds the tree, of the deformed mesh, unless one at rest is there; the place is to be taken. Deformations from
     /// then on are left to a device if `on_device`.
     pub fn build(source: &MeshRow, on_device: bool) -> Self {
         let data: &MeshData = &source.data;
@@ -118,11 +118,14 @@ impl PackedMesh {
             .iter()
             .map(|t| Aabb::of(t.map(corner)))
             .collect();
-        mesh.tree = match source.structure {
-            Structure::Boxes4 => Tree::build(&boxes),
-            Structure::Boxes2 => Tree::build_binary(&boxes),
-            Structure::Spheres { leaf } => Tree::build_spheres(&boxes, leaf),
-            Structure::None => Tree::unculled(boxes.len() as u32),
+        mesh.tree = match (source.structure, &data.tree) {
+            (Structure::Boxes4, Some(built)) if source.deformation.is_none() => {
+                built.as_ref().clone()
+            }
+            (Structure::Boxes4, _) => Tree::build(&boxes),
+            (Structure::Boxes2, _) => Tree::build_binary(&boxes),
+            (Structure::Spheres { leaf }, _) => Tree::build_spheres(&boxes, leaf),
+            (Structure::None, _) => Tree::unculled(boxes.len() as u32),
         };
         let triangle = |&prim: &u32| TriangleRow {
             corners: data.triangles[prim as usize],

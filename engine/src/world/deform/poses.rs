@@ -4,17 +4,19 @@ use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::{DeformStep, VertexSets};
 use crate::world::Loop;
 
 /// Plays through whole poses of a mesh, straight from each to the next. The first deformer there is.
-#[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[component(summary_tick)]
 pub struct KeyFrames {
     /// Every vertex of every pose, relative to [`crate::world::MeshData::origin`].
     #[reflect(ignore)]
+    #[serde(with = "crate::pod::shared")]
     pub keys: Arc<VertexSets>,
     /// Seconds of play at which each pose is reached; rising, one a pose.
     pub times: Vec<f64>,
@@ -77,12 +79,13 @@ impl KeyFrames {
 }
 
 /// Adds weighted offsets to every vertex, after [`KeyFrames`].
-#[derive(Component, Reflect, Clone, Debug, Default, PartialEq)]
+#[derive(Component, Reflect, Clone, Debug, Default, PartialEq, Serialize, Deserialize)]
 #[reflect(Component, Default, Clone, PartialEq)]
 #[component(summary_tick)]
 pub struct Morph {
     /// Every vertex's offset from the mesh at rest, a set a target.
     #[reflect(ignore)]
+    #[serde(with = "crate::pod::shared")]
     pub targets: Arc<VertexSets>,
     /// One a target: 0 leaves it out, 1 goes all the way; up to 1e6 either way.
     pub weights: Vec<f64>,
