@@ -230,3 +230,11 @@ fn scenes_of_others_are_skipped_by_name() {
         &["--files", "`bench spd`"],
     );
 }
+
+#[test]
+fn starts_are_timed_without_and_with_the_cache() {
+    let report = report("start", &folder("bench_start"), &["--files", "nowhere"]);
+    for what in ["first", "second", "ratio", "kept"] {
+        assert!(value(&report, &format!("hills.{what}")) > 0.0, "{what}");
+    }
+}

@@ -2,6 +2,7 @@
 
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::process::Command;
 use std::time::Duration;
 
 use glam::{UVec2, Vec3};
@@ -10,6 +11,7 @@ use orrery_engine::frame::{FrameScene, TraceSettings};
 use orrery_engine::import::{Cache, Loader};
 use orrery_engine::scene;
 use orrery_engine::trace::cpu::CpuTracer;
+use orrery_tests::program::program;
 use orrery_tests::random_scene::Random;
 use orrery_tests::tracers::picture;
 
@@ -334,4 +336,38 @@ fn one_thread_makes_the_same_models_as_many() {
     for _ in 0..3 {
         assert!(pool(5).install(load) == serial);
     }
+}
+
+#[test]
+fn the_program_keeps_models_where_it_is_told() {
+    let folder = folder("cache_program");
+    // Large enough that it is worth it.
+    let side = 250;
+    let mut text = String::new();
+    for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (x, y))) {
+        text += &format!("v {x} {y} {}\n", x * y % 7);
+    }
+    for (x, y) in (1..side).flat_map(|y| (1..side).map(move |x| (x, y))) {
+        let corner = |x: u32, y: u32| (y - 1) * side + x;
+        let [a, b] = [corner(x, y), corner(x, y + 1)];
+        text += &format!("f {a} {} {} {b}\n", a + 1, b + 1);
+    }
+    write(&folder, "hills.obj", text.as_bytes());
+    let render = |cache: &str, picture: &str| {
+        let output = Command::new(program())
+            .args(["render", "hills.obj", "--backend", "cpu"])
+            .args(["--size", "32x24", "--out", picture])
+            .env("ORRERY_CACHE_DIR", cache)
+            .current_dir(&folder)
+            .output()
+            .expect("the program starts");
+        assert!(output.status.success(), "{output:?}");
+        fs::read(folder.join(picture)).expect("a picture")
+    };
+    let plain = render("", "plain.png");
+    let first = render("cache", "first.png");
+    let entry = only(&folder.join("cache/models"));
+    let second = render("cache", "second.png");
+    assert!(first == plain && second == plain, "another picture");
+    assert_eq!(only(&folder.join("cache/models")), entry);
 }

@@ -17,7 +17,7 @@ mod poses;
 mod progress;
 mod smooth;
 
-pub use cache::{CACHE_VARIABLE, Cache, user_folder};
+pub use cache::{Cache, user_folder};
 pub use fbx::read_fbx;
 pub use files::Files;
 use files::bytes_of;

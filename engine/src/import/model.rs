@@ -220,6 +220,14 @@ impl Warnings {
         }
     }
 
+    /// Adds those of a part behind its own.
+    pub fn append(&mut self, part: Self) {
+        for sentence in part.told {
+            self.push(sentence);
+        }
+        self.untold += part.untold;
+    }
+
     /// The sentences; the last one says how many more there were.
     pub fn sentences(&self) -> Vec<String> {
         let rest = (self.untold > 0).then(|| format!("and {} more", self.untold));
@@ -261,6 +269,20 @@ mod tests {
         assert!(model.clips.iter().all(|clip| clip.tracks.len() == 1));
         let told = model.warnings.sentences();
         assert_eq!(told[0], "clip `run`: a track moves node 1; it is left out");
+    }
+
+    #[test]
+    fn warnings_of_parts_are_those_of_the_whole() {
+        let sentences = |from: usize| (from..from + 15).map(|face| format!("face {face}"));
+        let mut whole = Warnings::default();
+        let mut joined = Warnings::default();
+        for from in [0, 10, 40, 80] {
+            let mut part = Warnings::default();
+            sentences(from).for_each(|sentence| part.push(sentence));
+            joined.append(part);
+            sentences(from).for_each(|sentence| whole.push(sentence));
+        }
+        assert_eq!(joined, whole);
     }
 
     #[test]

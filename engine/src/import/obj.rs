@@ -8,6 +8,7 @@ use std::collections::HashMap;
 use std::path::Path;
 
 use glam::{DVec2, DVec3, Vec2, Vec3};
+use rayon::prelude::*;
 
 use super::{
     Content, Files, Model, Node, Outline, Part, Pictures, Warnings, bytes_of, caught, material_of,
@@ -90,8 +91,10 @@ fn read(text: &str, files: &Files, open: &Open) -> Result<Model, String> {
         warnings,
         ..Model::default()
     };
-    for source in &models {
-        let (mesh, sources) = mesh_of(source, &mut model.warnings)?;
+    let groups: Vec<_> = models.par_iter().map(group_of).collect();
+    for (source, group) in models.iter().zip(groups) {
+        model.warnings.append(group.warnings);
+        let (mesh, sources) = group.mesh?;
         if !mesh.triangles.is_empty() {
             let content = Content::Part {
                 part: model.parts.len(),
@@ -108,7 +111,7 @@ fn read(text: &str, files: &Files, open: &Open) -> Result<Model, String> {
             });
             model.parts.push(Part {
                 mesh,
-                outline: outline_of(&source.mesh),
+                outline: group.outline,
                 sources,
                 ..Part::default()
             });
@@ -118,6 +121,22 @@ fn read(text: &str, files: &Files, open: &Open) -> Result<Model, String> {
         return Err("it has no face".into());
     }
     Ok(model)
+}
+
+/// What becomes of a group.
+struct Group {
+    mesh: Result<(MeshData, Vec<u32>), String>,
+    outline: Outline,
+    warnings: Warnings,
+}
+
+fn group_of(source: &tobj::Model) -> Group {
+    let mut warnings = Warnings::default();
+    Group {
+        mesh: mesh_of(source, &mut warnings),
+        outline: outline_of(&source.mesh),
+        warnings,
+    }
 }
 
 fn options() -> tobj::LoadOptions {

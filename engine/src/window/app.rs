@@ -12,7 +12,7 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use super::commands::{Requests, screenshot_path};
-use super::dropped;
+use super::dropped::Dropped;
 use super::resolution::{Resolution, whole_picture_millis};
 use super::router::{self, Router};
 use super::title::{Title, words};
@@ -46,6 +46,7 @@ pub struct WindowApp<'a> {
     options: WindowOptions,
     observer: &'a mut dyn FnMut(&Engine),
     open: Option<Open>,
+    dropped: Dropped,
     error: Option<WindowError>,
 }
 
@@ -65,6 +66,7 @@ impl<'a> WindowApp<'a> {
             options,
             observer,
             open: None,
+            dropped: Dropped::default(),
             error: None,
         }
     }
@@ -175,6 +177,9 @@ impl<'a> WindowApp<'a> {
             return;
         }
         let world = &mut self.engine.world;
+        if let Some(title) = self.dropped.show(world) {
+            self.options.title = title;
+        }
         let input = open.router.overlay().take_egui_input(&open.window);
         world.resource_mut::<Ui>().feed(input);
         world.resource_mut::<Screen>().resize(size);
@@ -230,7 +235,8 @@ impl<'a> WindowApp<'a> {
             open.resolution.observe(whole_picture_millis(&**tracer));
         }
         let (scale, size) = (open.resolution.scale(), inner_size(&open.window));
-        let (scene, device) = (&self.options.title, &open.device);
+        let coming = self.dropped.step();
+        let (scene, device) = (coming.as_ref().unwrap_or(&self.options.title), &open.device);
         if let Some(title) = open.title.frame(millis, |pace| {
             words(scene, pace, size, scale, samples, device)
         }) {
@@ -298,9 +304,7 @@ impl ApplicationHandler for WindowApp<'_> {
             WindowEvent::CloseRequested => event_loop.exit(),
             WindowEvent::Occluded(hidden) => open.hidden = *hidden,
             WindowEvent::DroppedFile(path) => {
-                if let Some(title) = dropped::show(&mut self.engine.world, path) {
-                    self.options.title = title;
-                }
+                self.dropped.take(&mut self.engine.world, path);
             }
             _ => {}
         }

@@ -1,36 +1,97 @@
 //! Files dropped onto the window: a scene or model takes the place of what is shown; what cannot be read leaves all as
-//! it was. Called by the window, tested without one.
+//! it was. A file is read on a thread of its own, so that frames go on until it has come. Called by the window, tested
+//! without one.
 
 use std::path::Path;
+use std::sync::mpsc::{self, Receiver, TryRecvError};
+use std::thread;
 
 use bevy_ecs::prelude::*;
 
 use crate::editor::{EditorState, Notices};
-use crate::scene;
+use crate::import::{Loader, Progress};
+use crate::scene::{self, Prepared, Problems};
 use crate::time::Time;
 
 /// Sentences shown at once.
 const MOST: usize = 8;
 
-/// Shows a file from its first moment on, and says what is odd or wrong with it. The name of the scene, if it is
-/// another one now.
-pub fn show(world: &mut World, path: &Path) -> Option<String> {
-    let name = path.file_stem().unwrap_or_default().to_string_lossy();
-    match scene::load(world, path) {
-        Ok(report) => {
-            world.resource_mut::<Time>().secs = 0.0;
-            // What was selected is gone.
-            world.resource_mut::<EditorState>().selected = None;
-            let warnings = report.warnings.iter().map(ToString::to_string);
-            world.resource_mut::<Notices>().issues = first(warnings.collect());
-            Some(name.into_owned())
+/// The file that was dropped last, until it is shown.
+#[derive(Default)]
+pub struct Dropped(Option<Coming>);
+
+/// A file that is being read.
+struct Coming {
+    name: String,
+    progress: Progress,
+    prepared: Receiver<Result<Prepared, Problems>>,
+}
+
+impl Dropped {
+    /// Begins to read a file, whatever becomes of the one before.
+    pub fn take(&mut self, world: &mut World, path: &Path) {
+        let name = path.file_stem().unwrap_or_default().to_string_lossy();
+        let loader = Loader {
+            progress: Progress::default(),
+            ..world.get_resource_or_init::<Loader>().clone()
+        };
+        let progress = loader.progress.clone();
+        let (sender, prepared) = mpsc::channel();
+        let file = path.to_owned();
+        let reader = thread::Builder::new().name("dropped file".into());
+        let reader = reader.spawn(move || {
+            // Nobody waits for it once another file was dropped.
+            let _ = sender.send(scene::prepare(&file, &loader));
+        });
+        match reader {
+            Ok(_) => {
+                self.0 = Some(Coming {
+                    name: name.into_owned(),
+                    progress,
+                    prepared,
+                });
+            }
+            Err(why) => world
+                .resource_mut::<Notices>()
+                .toast(format!("{name} cannot be read: {why}")),
         }
-        Err(problems) => {
-            let problems = problems.0.iter().map(ToString::to_string);
-            let mut notices = world.resource_mut::<Notices>();
-            notices.issues = first(problems.collect());
-            notices.toast(format!("{name} cannot be shown"));
-            None
+    }
+
+    /// What is being done for the file, in words; none: nothing is on its way.
+    pub fn step(&self) -> Option<String> {
+        let step = self.0.as_ref()?.progress.now();
+        Some(match step.count {
+            0 | 1 => step.what,
+            count => format!("{} {}/{count}", step.what, step.done),
+        })
+    }
+
+    /// Shows the file, once it has been read, from its first moment on, and says what is odd or wrong with it. The name
+    /// of the scene, if it is another one now.
+    pub fn show(&mut self, world: &mut World) -> Option<String> {
+        let prepared = match self.0.as_ref()?.prepared.try_recv() {
+            Ok(prepared) => prepared,
+            Err(TryRecvError::Empty) => return None,
+            // Its reader is gone without a word, which is on stderr.
+            Err(TryRecvError::Disconnected) => Err(Problems::default()),
+        };
+        let name = self.0.take()?.name;
+        match prepared.and_then(|prepared| scene::put(world, prepared)) {
+            Ok(report) => {
+                world.resource_mut::<Time>().secs = 0.0;
+                // What was selected is gone.
+                world.resource_mut::<EditorState>().selected = None;
+                let warnings = report.warnings.iter().map(ToString::to_string);
+                world.resource_mut::<Notices>().issues = first(warnings.collect());
+                Some(name)
+            }
+            Err(problems) => {
+                let problems = problems.0.iter().map(ToString::to_string);
+                let mut notices = world.resource_mut::<Notices>();
+                notices.issues = first(problems.collect());
+                notices.toast(format!("{name} cannot be shown"));
+                None
+            }
         }
     }
 }
@@ -50,6 +111,20 @@ mod tests {
     use super::*;
     use crate::Engine;
     use crate::world::{Mesh, Sphere};
+
+    /// Drops a file and waits until it has come.
+    fn show(world: &mut World, path: &Path) -> Option<String> {
+        let mut dropped = Dropped::default();
+        dropped.take(world, path);
+        while dropped.step().is_some() {
+            if let Some(name) = dropped.show(world) {
+                assert_eq!(dropped.step(), None);
+                return Some(name);
+            }
+            thread::yield_now();
+        }
+        None
+    }
 
     fn count<T: Component>(world: &mut World) -> usize {
         world.query::<&T>().iter(world).count()

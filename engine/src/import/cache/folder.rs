@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, SystemTime};
 
 /// Names the folder instead of the system; empty: there is no cache.
-pub const CACHE_VARIABLE: &str = "ORRERY_CACHE_DIR";
+const CACHE_VARIABLE: &str = "ORRERY_CACHE_DIR";
 /// Ends the names of kept models.
 const ENDING: &str = "model";
 /// Ends the names of files that are being written.
