@@ -6,6 +6,9 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::reflect::{AppTypeRegistry, ReflectComponent};
 use bevy_reflect::{GetPath, PartialReflect, Reflect};
 
+use crate::time::Time;
+use crate::world::ClipPlayer;
+
 /// A wish to change one field of one component of one entity.
 #[derive(Debug)]
 pub struct Edit {
@@ -27,9 +30,23 @@ pub struct EditQueue(pub Vec<Edit>);
 pub(super) fn apply_edits(world: &mut World) {
     let edits = std::mem::take(&mut world.resource_mut::<EditQueue>().0);
     for edit in edits {
+        let player = |world: &World| world.get::<ClipPlayer>(edit.entity).cloned();
+        let before = player(world).filter(|_| edit.path.ends_with(".paused"));
         if let Err(why) = apply(world, &edit) {
             tracing::warn!("an edit of {}{} failed: {why}", edit.entity, edit.path);
         }
+        keep_pose(world, edit.entity, before);
+    }
+}
+
+/// What is paused by hand stands where it is, and goes on from there.
+fn keep_pose(world: &mut World, entity: Entity, before: Option<ClipPlayer>) {
+    let secs = world.get_resource::<Time>().map_or(0.0, |time| time.secs);
+    let player = world.get_mut::<ClipPlayer>(entity);
+    if let Some((mut player, before)) = player.zip(before)
+        && *player != before
+    {
+        player.keep_poses(&before.layers, secs);
     }
 }
 
@@ -79,7 +96,7 @@ mod tests {
 
     use super::*;
     use crate::app::Engine;
-    use crate::world::Camera;
+    use crate::world::{Camera, ClipLayer};
     use crate::world::{Lobe, Material, Projection, Reflection, Transform};
 
     fn edited<C: Component>(
@@ -172,6 +189,30 @@ mod tests {
             camera.projection,
             Projection::Perspective { vertical_fov: 1.0 }
         );
+    }
+
+    #[test]
+    fn a_clip_that_is_paused_stands_where_it_is_and_goes_on_from_there() {
+        let mut engine = Engine::new();
+        engine.world.resource_mut::<Time>().secs = 3.0;
+        let layer = ClipLayer {
+            start: 0.5,
+            speed: 2.0,
+            ..ClipLayer::default()
+        };
+        let player = ClipPlayer {
+            layers: vec![layer],
+            ..ClipPlayer::default()
+        };
+        let entity = engine.world.spawn(player).id();
+        let path = ".layers[0].paused";
+        assert!(edited::<ClipPlayer>(&mut engine, entity, path, true));
+        let start =
+            |engine: &Engine| engine.world.get::<ClipPlayer>(entity).unwrap().layers[0].start;
+        assert_eq!(start(&engine), 6.5);
+        engine.world.resource_mut::<Time>().secs = 5.0;
+        assert!(edited::<ClipPlayer>(&mut engine, entity, path, false));
+        assert_eq!(start(&engine) + 2.0 * 5.0, 6.5);
     }
 
     #[test]

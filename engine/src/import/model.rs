@@ -184,6 +184,11 @@ impl Model {
 }
 
 impl Content {
+    /// Whether it is a mesh.
+    pub fn is_part(&self) -> bool {
+        matches!(self, Self::Part { .. })
+    }
+
     /// Whether rays can meet it.
     pub fn is_visible(&self) -> bool {
         matches!(self, Self::Part { .. } | Self::Solid { .. })

@@ -172,8 +172,8 @@ struct Spawner {
     models: HashMap<MeshKey, Model>,
     poses: Poses,
     stored: HashMap<MeshKey, Stored>,
-    /// Materials of a file that the scene does not name itself.
-    imported: HashMap<(String, String), Entity>,
+    /// Materials of a file that the scene does not name itself, by their rows: names may repeat.
+    imported: HashMap<(String, usize), Entity>,
     taken: HashSet<String>,
     ids: Ids,
 }
@@ -284,14 +284,14 @@ impl Spawner {
         &mut self,
         world: &mut World,
         path: &str,
-        (name, material): &(String, Material),
+        (row, (name, material)): (usize, &(String, Material)),
     ) -> Entity {
         if let Some(&own) = self.ids.materials.get(name) {
             return own;
         }
         *self
             .imported
-            .entry((path.to_owned(), name.clone()))
+            .entry((path.to_owned(), row))
             .or_insert_with(|| {
                 world
                     .spawn((Name::new(name.clone()), *material, Imported))

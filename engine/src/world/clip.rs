@@ -38,7 +38,8 @@ pub struct Track {
     #[serde(with = "crate::pod::array")]
     pub times: Vec<f64>,
     /// Key by key: [`Channel`]'s numbers; with [`Interpolation::Cubic`] three times as many: the velocity (a second)
-    /// with which the key is reached, the value, the velocity with which it is left.
+    /// with which the key is reached, the value, the velocity with which it is left; with [`Interpolation::Squad`] what it bends
+    /// towards before the key, the value, what it bends towards after it.
     #[serde(with = "crate::pod::array")]
     pub values: Vec<f64>,
     /// What is between the keys.
@@ -71,4 +72,6 @@ pub enum Interpolation {
     Linear,
     /// The cubic Hermite curve.
     Cubic,
+    /// Rotations: the curve on the sphere of unit quaternions that Shoemake calls `squad` (1987).
+    Squad,
 }

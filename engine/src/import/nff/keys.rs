@@ -2,9 +2,9 @@
 //! continuity, and bias control", SIGGRAPH 1984), as tracks of the nodes they move.
 //!
 //! The first and the last key only give tangents; before the second and after the last but one, nothing moves. The velocity
-//! at a key counts the unequal lengths of the stretches on both sides (Kochanek and Bartels, section 4), so it is one and the same
-//! curve as BART's. Its rotations are `squad` curves; here they are Hermite curves of quaternions with the same tangents, which
-//! differ from those between keys.
+//! at a key counts the unequal lengths of the stretches on both sides (Kochanek and Bartels, section 4). Rotations are `squad`
+//! curves (Shoemake, "Quaternion calculus and fast animation", SIGGRAPH course notes 10, 1987), as those of BART (Lext, Assarsson
+//! and Möller 2000): the quaternions that bend the curve at a key give it those velocities.
 
 use glam::{DQuat, DVec3, DVec4};
 
@@ -155,7 +155,10 @@ pub fn track(channel: Channel, keys: &[Key]) -> Result<Track, String> {
         channel,
         times: Vec::new(),
         values: Vec::new(),
-        interpolation: Interpolation::Cubic,
+        interpolation: match channel {
+            Channel::Rotation => Interpolation::Squad,
+            _ => Interpolation::Cubic,
+        },
     };
     let numbers = if channel == Channel::Rotation { 4 } else { 3 };
     for three in keys.windows(3) {
@@ -167,7 +170,14 @@ pub fn track(channel: Channel, keys: &[Key]) -> Result<Track, String> {
             track.times.pop();
             track.values.truncate(track.values.len() - 3 * numbers);
         }
-        let (reached, left) = velocities(channel, [before, key, after]);
+        let (reached, left) = match channel {
+            Channel::Rotation => bends([before, key, after]),
+            _ => velocities(
+                [before, key, after],
+                key.value - before.value,
+                after.value - key.value,
+            ),
+        };
         track.times.push(key.time);
         for vector in [reached, key.value, left] {
             track.values.extend(&vector.to_array()[..numbers]);
@@ -177,32 +187,35 @@ pub fn track(channel: Channel, keys: &[Key]) -> Result<Track, String> {
 }
 
 /// Velocities with which a key is reached and left (Kochanek and Bartels 1984, equations 8, 9 and 11, over the lengths
-/// of their stretches).
-fn velocities(channel: Channel, [before, key, after]: [&Key; 3]) -> (DVec4, DVec4) {
-    let (come, go) = match channel {
-        // The way of a rotation as the half angle about its axis.
-        Channel::Rotation => {
-            let half = |from: &Key, to: &Key| {
-                let turn = rotation(from).inverse() * rotation(to);
-                (turn.normalize().to_scaled_axis() * 0.5).extend(0.0)
-            };
-            (half(before, key), half(key, after))
-        }
-        _ => (key.value - before.value, after.value - key.value),
-    };
+/// of their stretches), by the ways to it and from it.
+fn velocities([before, key, after]: [&Key; 3], come: DVec4, go: DVec4) -> (DVec4, DVec4) {
     let span = after.time - before.time;
     let over = if span > 0.0 { 1.0 / span } else { 0.0 };
     let (t, c, b) = (key.tension, key.continuity, key.bias);
     let reached =
         (come * ((1.0 - c) * (1.0 + b)) + go * ((1.0 + c) * (1.0 - b))) * (over * (1.0 - t));
     let left = (come * ((1.0 + c) * (1.0 + b)) + go * ((1.0 - c) * (1.0 - b))) * (over * (1.0 - t));
-    match channel {
-        Channel::Rotation => {
-            let along = |v: DVec4| DVec4::from(rotation(key) * DQuat::from_vec4(v));
-            (along(reached), along(left))
-        }
-        _ => (reached, left),
-    }
+    (reached, left)
+}
+
+/// The quaternions that a `squad` curve bends towards before and after a key, so that it has the velocities there: with the
+/// logarithms of ways, it leaves q with log(way) + 2 log(bend), which is the velocity times the length of the stretch.
+fn bends([before, key, after]: [&Key; 3]) -> (DVec4, DVec4) {
+    // The way of a rotation as the half angle about its axis.
+    let way = |from: &Key, to: &Key| {
+        let turn = rotation(from).inverse() * rotation(to);
+        (turn.normalize().to_scaled_axis() * 0.5).extend(0.0)
+    };
+    let (come, go) = (way(before, key), way(key, after));
+    let (reached, left) = velocities([before, key, after], come, go);
+    let bent = |half: DVec4| {
+        let turn = DQuat::from_scaled_axis(half.truncate() * 2.0);
+        DVec4::from(rotation(key) * turn)
+    };
+    (
+        bent((come - reached * (key.time - before.time)) * 0.5),
+        bent((left * (after.time - key.time) - go) * 0.5),
+    )
 }
 
 fn rotation(key: &Key) -> DQuat {

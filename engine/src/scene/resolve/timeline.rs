@@ -3,6 +3,7 @@
 use std::collections::HashSet;
 
 use super::{Resolver, find, mesh_key};
+use crate::import::Model;
 use crate::scene::fields;
 use crate::scene::schema::{self, At, Light, LookAt, Scene, Shape};
 
@@ -166,7 +167,8 @@ impl Resolver {
         let parts = match &entity.shape {
             Some(Shape::Mesh(mesh)) => {
                 let key = mesh_key(&mesh.path.value, mesh.smooth_angle);
-                self.models.get(&key).map_or(1, |model| model.parts.len())
+                let parts = |model: &Model| model.contents().filter(|c| c.is_part()).count();
+                self.models.get(&key).map_or(1, parts)
             }
             _ => 1,
         };

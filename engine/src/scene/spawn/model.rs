@@ -114,7 +114,7 @@ impl Spawner {
         let (Content::Part { material, .. } | Content::Solid { material, .. }) = content else {
             return insert_plain(&mut world.entity_mut(target), content);
         };
-        let own = material.and_then(|row| stored.model.materials.get(row));
+        let own = material.and_then(|row| Some((row, stored.model.materials.get(row)?)));
         let surface = match (wearer.material, own) {
             (Some(material), _) => Some(material),
             (None, Some(own)) => Some(self.imported_material(world, &stored.key.0, own)),

@@ -5,7 +5,7 @@ use glam::DQuat;
 use super::*;
 use crate::scene::schema::ClipFile;
 use crate::time::Clock;
-use crate::world::{ClipLayer, Loop, Transform};
+use crate::world::{ClipLayer, Loop, Transform, Wave};
 
 fn clips_of(clip: &str) -> Vec<ClipFile> {
     let text = format!("(version: 1, entities: [(mesh: \"a.obj\", clip: {clip})])");
@@ -141,6 +141,19 @@ fn the_timeline_scrubs_and_fades_clips() {
     let expected = rest.translation.lerp(bent.translation, 0.5);
     assert!(half.translation.abs_diff_eq(expected, 1e-12), "{half:?}");
     assert_eq!(node(&mut faded, "hip", 30).translation, bent.translation);
+}
+
+#[test]
+fn the_timeline_deforms_a_part_that_is_below_its_entity() {
+    let grow = "tracks: [(target: \"m\", field: \"deform.wave.length\", keys: [(0, 2), (1, 4)])]";
+    let mut engine = played("deform: (wave: (length: 9))", grow);
+    let mut length = |frame| {
+        engine.world.insert_resource(Clock::Frame(frame));
+        engine.frame();
+        let mut waves = engine.world.query::<&Wave>();
+        waves.single(&engine.world).expect("one wave").length
+    };
+    assert_eq!((length(0), length(15), length(30)), (2.0, 3.0, 4.0));
 }
 
 #[test]

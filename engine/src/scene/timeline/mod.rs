@@ -18,6 +18,7 @@ use glam::DVec3;
 
 use super::fields::{self, Field, FieldError, Value};
 use super::schema;
+use super::spawn::Imported;
 use crate::time::Time;
 use crate::world::Transform;
 use look::Look;
@@ -65,8 +66,9 @@ impl Timeline {
             } else {
                 &ids.entities
             };
+            let entity = *table.get(&track.target.value)?;
             Some(TrackPlayer {
-                entity: *table.get(&track.target.value)?,
+                entity: holder(world, field, entity),
                 field,
                 curve: Curve::new(&track.keys, track.repeat)?,
             })
@@ -85,6 +87,26 @@ impl Timeline {
             played: None,
         }
     }
+}
+
+/// The entity that has a field of an id's entity: what deforms a model of one part is where the part is, which may be below.
+fn holder(world: &World, field: &Field, entity: Entity) -> Entity {
+    if !field.path.starts_with("deform.") {
+        return entity;
+    }
+    let mut below = vec![entity];
+    while let Some(next) = below.pop() {
+        if field.get(world, next).is_some() {
+            return next;
+        }
+        let children = world
+            .get::<Children>(next)
+            .map_or(&[][..], |children| children);
+        // What the scene names below it has ids of its own.
+        let imported = |child: &Entity| world.get::<Imported>(*child).is_some();
+        below.extend(children.iter().copied().filter(imported));
+    }
+    entity
 }
 
 /// Time of the last key of all.

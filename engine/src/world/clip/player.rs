@@ -1,9 +1,9 @@
 //! Playing clips: what is played as components, and the system that poses what they move.
 //!
 //! A pose is a pure function of [`Time::secs`] and the player: no state is carried from frame to frame, so frame N is
-//! the same however it was reached. Nothing is written that is equal, and a frame at the same time as the last writes
-//! only for players that changed, so that a paused scene can be edited. What no clip of the model keys is never
-//! written.
+//! the same however it was reached. Nothing is written that is equal. A player whose layers stand still, and any in a frame
+//! at the same time as the last, does nothing unless it changed, so that what is paused can be edited. What no clip of the
+//! model keys is never written.
 
 use std::sync::Arc;
 
@@ -78,6 +78,24 @@ impl ClipPlayer {
         layers.filter_map(period).fold(0.0, f64::max)
     }
 
+    /// Lets layers that were paused or let go on since `before` keep the pose that they had at a time of the scene.
+    pub fn keep_poses(&mut self, before: &[ClipLayer], secs: f64) {
+        for (layer, before) in self.layers.iter_mut().zip(before) {
+            let passed = before.speed * secs;
+            match (before.paused, layer.paused) {
+                (false, true) => layer.start += passed,
+                (true, false) => layer.start -= passed,
+                _ => {}
+            }
+        }
+    }
+
+    /// Whether the pose is the same at any time.
+    fn stands(&self) -> bool {
+        let stands = |layer: &ClipLayer| layer.paused || layer.speed == 0.0 || layer.weight <= 0.0;
+        self.layers.iter().all(stands)
+    }
+
     /// Where the layers stand at a time of the scene; those without weight, or with numbers that are not finite, are
     /// left out.
     fn moments(&self, secs: f64) -> Vec<Moment> {
@@ -122,7 +140,7 @@ pub fn play_clips(
     }
     let mut numbers = Vec::new();
     for player in &players {
-        if stands && !player.is_changed() {
+        if (stands || player.stands()) && !player.is_changed() {
             continue;
         }
         let moments = player.moments(time.secs);

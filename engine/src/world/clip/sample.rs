@@ -15,7 +15,7 @@ impl Track {
     fn rows_a_key(&self) -> usize {
         match self.interpolation {
             Interpolation::Step | Interpolation::Linear => 1,
-            Interpolation::Cubic => 3,
+            Interpolation::Cubic | Interpolation::Squad => 3,
         }
     }
 
@@ -37,6 +37,9 @@ impl Track {
             Channel::VerticalFov | Channel::Shown => 1,
             Channel::Weights => self.width(),
         };
+        if self.interpolation == Interpolation::Squad && self.channel != Channel::Rotation {
+            return Err("a track that is no rotation bends as rotations do".into());
+        }
         if width == 0 || numbers != width * keys * self.rows_a_key() {
             return Err(format!("a track has {numbers} numbers for {keys} keys"));
         }
@@ -74,6 +77,12 @@ impl Track {
                     }),
                 );
             }
+            (Interpolation::Squad, _) => {
+                let bends = [self.row(3 * before + 2), self.row(3 * next)];
+                let [a, b, leave, reach] = [a, b, bends[0], bends[1]].map(DQuat::from_slice);
+                let (along, bent) = (a.slerp(b, t), leave.slerp(reach, t));
+                return out.extend(along.slerp(bent, 2.0 * t * (1.0 - t)).to_array());
+            }
             (_, Channel::Rotation) => {
                 let [a, b] = [a, b].map(DQuat::from_slice);
                 return out.extend(a.slerp(b, t).to_array());
@@ -95,7 +104,7 @@ impl Track {
     /// The value of a key.
     fn value(&self, key: usize) -> &[f64] {
         match self.interpolation {
-            Interpolation::Cubic => self.row(3 * key + 1),
+            Interpolation::Cubic | Interpolation::Squad => self.row(3 * key + 1),
             Interpolation::Step | Interpolation::Linear => self.row(key),
         }
     }

@@ -348,6 +348,13 @@ fn a_scene_that_stands_can_be_edited_and_its_players_too() {
         DVec3::new(1.0, 0.5, 0.0)
     );
     assert!(!changed(&mut engine));
+    engine.world.entity_mut(target).insert(moved);
+    go(&mut engine, 38);
+    assert_eq!(
+        state(&engine, target).0,
+        moved,
+        "what is paused writes nothing"
+    );
     layer(&mut engine, |layer| {
         (layer.paused, layer.repeat, layer.speed) = (false, Loop::Once, -0.5);
     });

@@ -4,6 +4,7 @@ use glam::{DQuat, DVec4};
 
 use super::*;
 use crate::import::nff::keys::{Key, keep_rising, track};
+use crate::testing::Random;
 use crate::world::Interpolation;
 
 fn with(files: &'static [(&str, &str)], text: &str) -> Result<Model, String> {
@@ -160,13 +161,72 @@ fn rotations_go_the_shorter_way_and_pass_their_keys_turning() {
         turn(3.0, 30.0),
     ];
     let track = track(Channel::Rotation, &keys).unwrap();
-    let quaternion = |row: usize| DVec4::from_slice(&track.values[4 * row..]);
-    assert!(quaternion(1).dot(quaternion(4)) > 0.9);
-    // 30 degrees a second about y: half of that along the quaternion's circle.
-    let speed = quaternion(3).length();
-    assert!((speed - 15_f64.to_radians()).abs() < 1e-12, "{speed}");
-    let there = |row: usize| DQuat::from_vec4(quaternion(row)).normalize();
-    assert!((there(1).angle_between(there(4)) - 30_f64.to_radians()).abs() < 1e-9);
+    assert_eq!(track.interpolation, Interpolation::Squad);
+    let at = |secs: f64| {
+        let mut out = Vec::new();
+        track.sample(secs, &mut out);
+        DQuat::from_slice(&out)
+    };
+    for (secs, degrees) in [(1.0, 330.0), (1.25, 337.5), (1.9, 357.0), (2.0, 0.0)] {
+        let expected = DQuat::from_rotation_y(f64::to_radians(degrees));
+        assert!(at(secs).angle_between(expected) < 1e-7, "{secs}");
+    }
+}
+
+/// Whatever tension, continuity and bias say, and however long the stretches are.
+#[test]
+fn rotations_have_the_velocities_of_kochanek_and_bartels_at_their_keys() {
+    let mut random = Random::new(4);
+    for _ in 0..50 {
+        let mut time = 0.0;
+        let keys: Vec<Key> = (0..5)
+            .map(|_| {
+                time += random.range(0.3, 2.0);
+                let axis = random.direction();
+                let [tension, continuity, bias] = (random.cube() * 0.8).to_array();
+                Key {
+                    time,
+                    value: DVec4::from(DQuat::from_axis_angle(axis, random.range(0.0, 0.9))),
+                    tension,
+                    continuity,
+                    bias,
+                }
+            })
+            .collect();
+        let track = track(Channel::Rotation, &keys).unwrap();
+        let at = |secs: f64| {
+            let mut out = Vec::new();
+            track.sample(secs, &mut out);
+            DQuat::from_slice(&out)
+        };
+        let half = |from: DQuat, to: DQuat| (from.inverse() * to).to_scaled_axis() * 0.5;
+        let [q0, q1, q2, q3] = [0, 1, 2, 3].map(|i| DQuat::from_vec4(keys[i].value));
+        let step = 1e-6;
+        let [second, third] = [&keys[1], &keys[2]];
+        let left = half(q1, at(second.time + step)) / step;
+        let Key {
+            tension: t,
+            continuity: c,
+            bias: b,
+            ..
+        } = *second;
+        let expected = (half(q0, q1) * ((1.0 + c) * (1.0 + b))
+            + half(q1, q2) * ((1.0 - c) * (1.0 - b)))
+            * ((1.0 - t) / (third.time - keys[0].time));
+        assert!(left.distance(expected) < 1e-4, "{left} {expected}");
+        let reached = half(at(third.time - step), q2) / step;
+        let Key {
+            tension: t,
+            continuity: c,
+            bias: b,
+            ..
+        } = *third;
+        let expected = (half(q1, q2) * ((1.0 - c) * (1.0 + b))
+            + half(q2, q3) * ((1.0 + c) * (1.0 - b)))
+            * ((1.0 - t) / (keys[3].time - second.time));
+        assert!(reached.distance(expected) < 1e-4, "{reached} {expected}");
+        assert!(at(third.time).angle_between(q2) < 1e-7);
+    }
 }
 
 #[test]
