@@ -12,14 +12,15 @@
 //! | `illum` 4, 6, 7, 9 | glass: as transparent as `d` says (fully, where `d` says nothing), Fresnel where `Ni` > 1 |
 //! | `map_Kd` | `color_map`, times `Kd` |
 //! | `map_d` | `alpha_cutoff` 0.5: cut out where it is dark (its alpha, where it is the file of `map_Kd`) |
-//! | `norm`, `map_Bump` in colour | `normal_map` |
+//! | `norm`, `map_Bump`, `bump` in colour | `normal_map`, its tilts times `-bm` |
+//! | `map_Bump`, `bump` in grey | `normal_map` of these heights: white stands out over black by a fiftieth of the picture's edge, times `-bm` |
+//! | `-s`, `-o` | the texture coordinates, times and plus these, of the meshes that wear the material |
 //!
-//! `Ka` has no counterpart (there is no ambient light). Of a map's options `-clamp on` counts. A grey `map_Bump` is a map of
-//! heights, which is left out with a warning.
+//! `Ka` has no counterpart (there is no ambient light). Of a map's other options `-clamp on` counts.
 
-use glam::Vec3;
+use glam::{DVec2, Vec3};
 
-use super::{Pictures, Warnings};
+use super::{Pictures, Recipe, Warnings};
 use crate::world::{ColorSpace, Lobe, Material, Reflection, Texture, TextureId, Wrap};
 
 /// The material of an MTL entry. Every number comes out finite and in range.
@@ -58,44 +59,55 @@ pub fn material_of(mtl: &tobj::Material) -> Material {
     material
 }
 
-/// The material with the pictures that its entry names.
+/// The material with the pictures that its entry names, and how they lie on surfaces.
 pub fn with_pictures(
     material: Material,
     mtl: &tobj::Material,
     pictures: &mut Pictures,
     warnings: &mut Warnings,
-) -> Material {
+) -> (Material, Lie) {
     let mut material = material;
-    let mut picture = |map: &Map, space| pictures.file(&map.file, (space, map.wrap), warnings);
-    let color = mtl.diffuse_texture.as_deref().and_then(map_of);
-    material.color_map = color
-        .as_ref()
-        .and_then(|map| picture(map, ColorSpace::Srgb));
-    let dissolve = mtl.dissolve_texture.as_deref().and_then(map_of);
-    let mask = dissolve
-        .as_ref()
-        .and_then(|map| picture(map, ColorSpace::Linear));
     let unknown = |name: &str| mtl.unknown_param.get(name).map(String::as_str);
+    let color = mtl.diffuse_texture.as_deref().and_then(map_of);
+    let dissolve = mtl.dissolve_texture.as_deref().and_then(map_of);
     let normals = unknown("norm").or(mtl.normal_texture.as_deref());
     let normals = normals.or(unknown("bump")).and_then(map_of);
-    let normal_map = normals
-        .as_ref()
-        .and_then(|map| picture(map, ColorSpace::Linear));
+    let maps = [&color, &dissolve, &normals].map(Option::as_ref);
+    let lie = maps
+        .iter()
+        .flatten()
+        .next()
+        .map_or(Lie::default(), |map| map.lie);
+    if maps.iter().flatten().any(|map| map.lie != lie) {
+        warnings.push(format!(
+            "the pictures of `{}` lie otherwise one from the other; all lie as the first",
+            mtl.name
+        ));
+    }
+    let mut picture = |map: &Option<Map>, space| {
+        let map = map.as_ref()?;
+        pictures.file(&map.file, (space, map.wrap), warnings)
+    };
+    material.color_map = picture(&color, ColorSpace::Srgb);
+    let mask = picture(&dissolve, ColorSpace::Linear);
+    let normal_map = picture(&normals, ColorSpace::Linear);
     if let Some(mask) = mask {
-        let is_same = color.as_ref().map(|map| &map.file) == dissolve.as_ref().map(|map| &map.file);
+        let file = |map: &Option<Map>| map.as_ref().map(|map| map.file.clone());
         material.alpha_cutoff = Some(0.5);
-        if !is_same {
+        if file(&color) != file(&dissolve) {
             cut_out(&mut material, mask, pictures, warnings);
         }
     }
-    match normal_map.filter(|row| is_grey(&pictures.textures[row.0 as usize])) {
-        Some(_) => warnings.push(format!(
-            "the bump map of `{}` is left out: it holds heights, not normals",
-            mtl.name
-        )),
-        None => material.normal_map = normal_map,
-    }
-    material
+    let times = normals.map_or(1.0, |map| map.times);
+    material.normal_map = normal_map.and_then(|row| {
+        if !is_grey(pictures.textures.get(row.0 as usize)?) {
+            return pictures.steeper(row, times);
+        }
+        pictures.made(Recipe::Heights(row, times.to_bits()), |textures| {
+            Some(textures.get(row.0 as usize)?.of_heights(times))
+        })
+    });
+    (material, lie)
 }
 
 /// Gives the colour map, or a white one, the brightness of a mask as its alpha.
@@ -105,19 +117,31 @@ fn cut_out(
     pictures: &mut Pictures,
     warnings: &mut Warnings,
 ) {
-    let mut texture = pictures.textures[mask.0 as usize].clone();
-    let color = material
-        .color_map
-        .map(|row| &pictures.textures[row.0 as usize]);
+    let made = pictures.made(Recipe::CutOut(material.color_map, mask), |textures| {
+        let color = material
+            .color_map
+            .and_then(|row| textures.get(row.0 as usize));
+        masked(color, textures.get(mask.0 as usize)?)
+    });
+    match made {
+        Some(row) => material.color_map = Some(row),
+        None => {
+            warnings.push("a `map_d` is left out: it has not the size of its `map_Kd`");
+            material.alpha_cutoff = None;
+        }
+    }
+}
+
+/// The colours with the mask's red as alpha; none where their sizes differ.
+fn masked(color: Option<&Texture>, mask: &Texture) -> Option<Texture> {
     let sizes = |texture: &Texture| -> Vec<[u32; 2]> {
         let levels = texture.levels.iter();
         levels.map(|level| [level.width, level.height]).collect()
     };
-    if color.is_some_and(|color| sizes(color) != sizes(&texture)) {
-        warnings.push("a `map_d` is left out: it has not the size of its `map_Kd`");
-        material.alpha_cutoff = None;
-        return;
+    if color.is_some_and(|color| sizes(color) != sizes(mask)) {
+        return None;
     }
+    let mut texture = mask.clone();
     for (i, level) in texture.levels.iter_mut().enumerate() {
         for (j, texel) in level.texels.iter_mut().enumerate() {
             let [r, g, b] = color.map_or([u16::MAX; 3], |color| {
@@ -127,8 +151,7 @@ fn cut_out(
             *texel = [r, g, b, texel[0]];
         }
     }
-    pictures.textures.push(texture);
-    material.color_map = Some(TextureId(pictures.textures.len() as u32 - 1));
+    Some(texture)
 }
 
 /// Whether red, green and blue are alike everywhere.
@@ -140,35 +163,78 @@ fn is_grey(texture: &Texture) -> bool {
     texels.iter().all(|[r, g, b, _]| r == g && g == b)
 }
 
+/// How pictures lie on a surface: a texture coordinate becomes its product with `scale`, plus `offset`; v counts from the
+/// lower edge.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Lie {
+    scale: DVec2,
+    offset: DVec2,
+}
+
+impl Default for Lie {
+    fn default() -> Self {
+        Self {
+            scale: DVec2::ONE,
+            offset: DVec2::ZERO,
+        }
+    }
+}
+
+impl Lie {
+    /// Where a texture coordinate comes to lie.
+    pub fn moved(&self, uv: DVec2) -> DVec2 {
+        uv * self.scale + self.offset
+    }
+}
+
 /// A map of an entry.
 #[derive(Debug, PartialEq)]
 struct Map {
     file: String,
     wrap: Wrap,
+    lie: Lie,
+    /// What heights and tilts are multiplied with.
+    times: f64,
 }
 
 /// A map's file behind its options; words after an option belong to it while they are numbers, switches or channels.
 fn map_of(text: &str) -> Option<Map> {
+    let mut map = Map {
+        file: String::new(),
+        wrap: Wrap::Repeat,
+        lie: Lie::default(),
+        times: 1.0,
+    };
     let mut rest = text.trim();
-    let mut wrap = Wrap::Repeat;
-    let mut option = "";
+    let (mut option, mut arguments) = ("", 0);
     while let Some((word, behind)) = rest.split_once(char::is_whitespace) {
+        let number = word
+            .parse::<f64>()
+            .ok()
+            .filter(|number| number.abs() <= 1e6);
         let is_argument = word.parse::<f64>().is_ok()
             || matches!(word, "on" | "off")
             || (matches!(option, "-imfchan" | "-type") && word.len() <= 12);
         if word.starts_with('-') && word.parse::<f64>().is_err() {
-            option = word;
+            (option, arguments) = (word, 0);
         } else if option.is_empty() || !is_argument {
             break;
-        } else if (option, word) == ("-clamp", "on") {
-            wrap = Wrap::Clamp;
+        } else {
+            match (option, arguments, number) {
+                ("-clamp", ..) if word == "on" => map.wrap = Wrap::Clamp,
+                ("-s", 0, Some(number)) => map.lie.scale.x = number,
+                ("-s", 1, Some(number)) => map.lie.scale.y = number,
+                ("-o", 0, Some(number)) => map.lie.offset.x = number,
+                ("-o", 1, Some(number)) => map.lie.offset.y = number,
+                ("-bm", _, Some(number)) => map.times = number,
+                _ => {}
+            }
+            arguments += 1;
         }
         rest = behind.trim_start();
     }
-    (!rest.is_empty()).then(|| Map {
-        file: rest.to_owned(),
-        wrap,
-    })
+    rest.clone_into(&mut map.file);
+    (!rest.is_empty()).then_some(map)
 }
 
 fn rgb(color: [f64; 3]) -> Vec3 {
@@ -279,6 +345,9 @@ mod tests {
             assert_eq!(map(text), Some((file.to_owned(), wrap)), "{text}");
         }
         assert_eq!(map("  "), None);
+        let moved = map_of("-s 2 3 -o 0.5 -bm 4 wood.png").unwrap();
+        assert_eq!((moved.file.as_str(), moved.times), ("wood.png", 4.0));
+        assert_eq!(moved.lie.moved(DVec2::ONE), DVec2::new(2.5, 3.0));
     }
 
     #[test]

@@ -7,14 +7,14 @@ use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
 
-use glam::{DVec2, DVec3, Vec2, Vec3};
+use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
 use rayon::prelude::*;
 
 use super::{
-    Content, Files, Model, Node, Outline, Part, Pictures, Warnings, bytes_of, caught, material_of,
-    with_pictures,
+    Content, Files, Lie, Model, Node, Outline, Part, Pictures, Warnings, bytes_of, caught,
+    material_of, with_pictures,
 };
-use crate::world::{MeshData, triangulate_face};
+use crate::world::{MeshData, linear_light, triangulate_face};
 
 /// Reads an OBJ file and the MTL files it names, which are looked for beside it.
 ///
@@ -43,17 +43,28 @@ fn text_of(bytes: &[u8]) -> String {
     plain(&String::from_utf8_lossy(bytes))
 }
 
-/// The text without what tobj 4.0 refuses but geometry does not need: colours after a vertex (some files
-/// have them on some vertices only), `usemtl` without a name, lines continued by a backslash.
+/// The text without what tobj 4.0 refuses but geometry does not need: colours after a vertex where not all vertices
+/// have one, `usemtl` without a name, lines continued by a backslash.
 fn plain(text: &str) -> String {
     let joined = text.replace("\\\r\n", " ").replace("\\\n", " ");
+    let colored = |line: &str| {
+        let mut words = line.split_whitespace();
+        let numbers = |words: std::str::SplitWhitespace| {
+            words
+                .take(7)
+                .filter(|word| word.parse::<f64>().is_ok())
+                .count()
+        };
+        words.next() != Some("v") || numbers(words) == 6
+    };
+    let numbers = if joined.lines().all(colored) { 6 } else { 3 };
     let mut plain = String::with_capacity(joined.len());
     for line in joined.lines() {
         let mut words = line.split_whitespace();
         match words.next() {
             Some("v") => {
                 plain.push('v');
-                for word in words.take(3) {
+                for word in words.take(numbers) {
                     plain.push(' ');
                     plain.push_str(word);
                 }
@@ -76,12 +87,14 @@ fn read(text: &str, files: &Files, open: &Open) -> Result<Model, String> {
         loaded.map_err(|error| format!("it is not a valid OBJ file: {error}"))?;
     let mut warnings = warnings.into_inner();
     let mut pictures = Pictures::new(files);
+    let mut lies = Vec::new();
     let materials: Vec<(String, _)> = materials
         .unwrap_or_default()
         .iter()
         .map(|mtl| {
             let plain = material_of(mtl);
-            let material = with_pictures(plain, mtl, &mut pictures, &mut warnings);
+            let (material, lie) = with_pictures(plain, mtl, &mut pictures, &mut warnings);
+            lies.push(lie);
             (mtl.name.clone(), material)
         })
         .collect();
@@ -91,7 +104,11 @@ fn read(text: &str, files: &Files, open: &Open) -> Result<Model, String> {
         warnings,
         ..Model::default()
     };
-    let groups: Vec<_> = models.par_iter().map(group_of).collect();
+    let group = |source: &tobj::Model| {
+        let lie = source.mesh.material_id.and_then(|row| lies.get(row));
+        group_of(source, lie.copied().unwrap_or_default())
+    };
+    let groups: Vec<_> = models.par_iter().map(group).collect();
     for (source, group) in models.iter().zip(groups) {
         model.warnings.append(group.warnings);
         let (mesh, sources) = group.mesh?;
@@ -130,10 +147,10 @@ struct Group {
     warnings: Warnings,
 }
 
-fn group_of(source: &tobj::Model) -> Group {
+fn group_of(source: &tobj::Model, lie: Lie) -> Group {
     let mut warnings = Warnings::default();
     Group {
-        mesh: mesh_of(source, &mut warnings),
+        mesh: mesh_of(source, lie, &mut warnings),
         outline: outline_of(&source.mesh),
         warnings,
     }
@@ -223,15 +240,23 @@ fn plain_materials(text: &str, name: &Path, warnings: &mut Warnings) -> String {
     plain
 }
 
+/// Texture coordinates beyond this say nothing.
+const FARTHEST_UV: f32 = 1e6;
+
 /// A corner of a face: vertex, texture coordinate and normal.
 type Corner = (u32, Option<u32>, Option<u32>);
 
-/// A group's mesh, and which vertex of the group each of its vertices is.
-fn mesh_of(source: &tobj::Model, warnings: &mut Warnings) -> Result<(MeshData, Vec<u32>), String> {
+/// A group's mesh, on which pictures lie so, and which vertex of the group each of its vertices is.
+fn mesh_of(
+    source: &tobj::Model,
+    lie: Lie,
+    warnings: &mut Warnings,
+) -> Result<(MeshData, Vec<u32>), String> {
     let mesh = &source.mesh;
     let positions = points(&mesh.positions);
     let normals = points(&mesh.normals);
     let (uvs, _) = mesh.texcoords.as_chunks::<2>();
+    let uvs: Vec<DVec2> = uvs.iter().map(|&uv| lie.moved(uv.into())).collect();
     let mut weld = Weld::default();
     let mut triangles = Vec::new();
     for corners in faces(source)? {
@@ -246,7 +271,7 @@ fn mesh_of(source: &tobj::Model, warnings: &mut Warnings) -> Result<(MeshData, V
                 for triangle in cut {
                     let mut rows = [0; 3];
                     for (row, corner) in rows.iter_mut().zip(triangle) {
-                        *row = weld.row(corner, &positions, uvs, &normals)?;
+                        *row = weld.row(corner, &positions, &uvs, &normals)?;
                     }
                     triangles.push(rows);
                 }
@@ -264,16 +289,33 @@ fn mesh_of(source: &tobj::Model, warnings: &mut Warnings) -> Result<(MeshData, V
     }
     let mut mesh = MeshData::new(source.name.clone(), weld.vertices, normals, triangles)?;
     mesh.curved = !mesh.normals.is_empty();
-    let mesh = if weld.uvs.iter().all(|uv| uv.is_finite()) {
-        mesh.with_looks(weld.uvs, Vec::new())?
-    } else {
+    let is_near = |uv: &Vec2| uv.is_finite() && uv.abs().max_element() <= FARTHEST_UV;
+    if !weld.uvs.iter().all(is_near) {
         warnings.push(format!(
-            "the texture coordinates of `{}` are left out: one is not finite",
+            "the texture coordinates of `{}` are left out: one is not finite, or far too large",
             source.name
         ));
-        mesh
-    };
+        weld.uvs.clear();
+    }
+    let colors = colors_of(&source.mesh.vertex_color, &weld.sources);
+    let mesh = mesh.with_looks(weld.uvs, colors)?;
     Ok((mesh, weld.sources))
+}
+
+/// The colours of vertices, which displays take as they are: from 0 to 1, or to 255 where one is above 1. None where one is no
+/// number.
+fn colors_of(flat: &[f64], sources: &[u32]) -> Vec<Vec4> {
+    let (colors, _) = flat.as_chunks::<3>();
+    let most = flat.iter().copied().fold(0.0, f64::max);
+    let unit = if most > 1.0 { 255.0 } else { 1.0 };
+    let light = |x: f64| linear_light((x / unit).clamp(0.0, 1.0)) as f32;
+    let color = |&source: &u32| {
+        let color = colors.get(source as usize)?;
+        let is_color = color.iter().all(|x| x.is_finite());
+        is_color.then(|| Vec3::from(color.map(light)).extend(1.0))
+    };
+    let colors: Option<Vec<Vec4>> = sources.iter().map(color).collect();
+    colors.unwrap_or_default()
 }
 
 /// The corners of each face; all with a normal, or none; all with a texture coordinate, or none.
@@ -322,7 +364,7 @@ impl Weld {
         &mut self,
         corner: Corner,
         positions: &[DVec3],
-        uvs: &[[f64; 2]],
+        uvs: &[DVec2],
         normals: &[DVec3],
     ) -> Result<u32, String> {
         if let Some(&row) = self.rows.get(&corner) {
@@ -342,11 +384,11 @@ impl Weld {
             self.normals.push(given.normalize_or_zero().as_vec3());
         }
         if let Some(uv) = uv {
-            let [u, v] = uvs
+            let uv = uvs
                 .get(uv as usize)
                 .ok_or_else(|| missing("texture coordinate", uv, uvs.len()))?;
             // OBJ counts v from the lower edge.
-            self.uvs.push(DVec2::new(*u, 1.0 - v).as_vec2());
+            self.uvs.push(DVec2::new(uv.x, 1.0 - uv.y).as_vec2());
         }
         let row = self.vertices.len() as u32;
         self.vertices.push(*position);

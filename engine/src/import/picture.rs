@@ -1,4 +1,4 @@
-//! Picture files to textures, for importers and the scene file: PNG, JPEG, BMP, TGA by the `image` crate.
+//! Picture files to textures, for importers and the scene file: PNG, JPEG, BMP, TGA, and skies as Radiance HDR and OpenEXR by the `image` crate.
 //!
 //! A file's own numbers are not believed: sizes are checked against its bytes before anything is allocated, and a decoder
 //! that gives up ends nothing.
@@ -81,7 +81,7 @@ fn decode(bytes: &[u8], ending: Option<&str>) -> Result<DynamicImage, String> {
     DynamicImage::from_decoder(decoder).map_err(broken)
 }
 
-/// Reads a panorama for a sky: Radiance HDR, or any picture of sRGB colours.
+/// Reads a panorama for a sky: Radiance HDR, OpenEXR, or any picture of sRGB colours.
 ///
 /// # Errors
 /// See [`import_texture`].
@@ -114,10 +114,23 @@ pub fn decode_sky(bytes: &[u8], ending: Option<&str>) -> Result<Texture, String>
     Texture::radiance("sky", size, &texels)
 }
 
+/// How a picture is made of others.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Recipe {
+    /// The colours of one, or white, with the brightness of the other as alpha.
+    CutOut(Option<TextureId>, TextureId),
+    /// A map of normals so many times as steep; the bits of an f64.
+    Steeper(TextureId, u64),
+    /// The map of normals of a map of heights, so many times as high.
+    Heights(TextureId, u64),
+}
+
 /// The textures of a model under way: each picture once a use, missing ones told once.
 pub struct Pictures<'a> {
     files: &'a Files,
     rows: HashMap<(String, ColorSpace, Wrap), Option<TextureId>>,
+    /// Pictures that were made of others, by what they were made of and how.
+    made: HashMap<Recipe, TextureId>,
     /// Rows of [`super::Model::textures`].
     pub textures: Vec<Texture>,
 }
@@ -128,6 +141,7 @@ impl<'a> Pictures<'a> {
         Self {
             files,
             rows: HashMap::new(),
+            made: HashMap::new(),
             textures: Vec::new(),
         }
     }
@@ -184,6 +198,31 @@ impl<'a> Pictures<'a> {
         row
     }
 
+    /// The texture that a recipe makes of those that are there, once.
+    pub fn made(
+        &mut self,
+        recipe: Recipe,
+        make: impl FnOnce(&[Texture]) -> Option<Texture>,
+    ) -> Option<TextureId> {
+        if let Some(&row) = self.made.get(&recipe) {
+            return Some(row);
+        }
+        self.textures.push(make(&self.textures)?);
+        let row = TextureId(self.textures.len() as u32 - 1);
+        self.made.insert(recipe, row);
+        Some(row)
+    }
+
+    /// The normal map so many times as steep: that itself where it is 1.
+    pub fn steeper(&mut self, map: TextureId, times: f64) -> Option<TextureId> {
+        if times == 1.0 || !times.is_finite() {
+            return Some(map);
+        }
+        self.made(Recipe::Steeper(map, times.to_bits()), |textures| {
+            Some(textures.get(map.0 as usize)?.steeper(times))
+        })
+    }
+
     /// Where a file is: as it is named, or beside the model under the last part of its name. Names come from other
     /// machines, with their folders and their slashes.
     fn find(&self, name: &str) -> PathBuf {
@@ -230,6 +269,22 @@ mod tests {
         assert!(decoded(&tga, None).is_err());
         let texture = decoded(&tga, Some("tga")).expect("a picture");
         assert_eq!(texture.levels[0].texels, [[0, 0, 65_535, 65_535]]);
+    }
+
+    #[test]
+    fn skies_of_openexr_keep_their_light() {
+        let mut picture = image::Rgb32FImage::new(2, 1);
+        picture.put_pixel(0, 0, image::Rgb([8.0, 0.5, 0.0]));
+        let mut bytes = Cursor::new(Vec::new());
+        let picture = DynamicImage::ImageRgb32F(picture);
+        picture
+            .write_to(&mut bytes, ImageFormat::OpenExr)
+            .expect("an EXR file");
+        let bytes = bytes.into_inner();
+        let sky = decode_sky(&bytes, None);
+        let broken = decode_sky(&bytes[..bytes.len() / 2], None);
+        assert_eq!(sky.expect("a sky").brightest, 8.0);
+        assert!(broken.is_err());
     }
 
     #[test]

@@ -4,6 +4,8 @@
 //! read them without decoding. 8 bits of sRGB or of linear numbers come out exact to 1/65535. Each texture carries its
 //! smaller levels (Williams, "Pyramidal Parametrics", SIGGRAPH 1983), box-filtered from one to the next.
 
+mod normals;
+
 use std::collections::HashSet;
 use std::sync::Arc;
 
@@ -103,19 +105,16 @@ impl Texture {
             let [r, g, b] = [r, g, b].map(|byte| color[usize::from(byte)]);
             [r, g, b, linear(a, ColorSpace::Linear)]
         };
-        let mut levels = vec![Level {
+        let whole = Level {
             width,
             height,
             texels: texels.iter().map(texel).collect(),
-        }];
-        while let Some(smaller) = levels.last().and_then(Level::halved) {
-            levels.push(smaller);
-        }
+        };
         Ok(Self {
             name: name.into(),
             path: String::new(),
             wrap,
-            levels,
+            levels: whole.with_smaller(),
             brightest: 1.0,
         })
     }
@@ -169,6 +168,15 @@ fn shared_exponent(light: Vec3) -> [u16; 4] {
 }
 
 impl Level {
+    /// All levels of a picture, from this one down to one texel.
+    fn with_smaller(self) -> Vec<Self> {
+        let mut levels = vec![self];
+        while let Some(smaller) = levels.last().and_then(Self::halved) {
+            levels.push(smaller);
+        }
+        levels
+    }
+
     /// Half as wide and as high, rounded down but never to nothing: each texel the mean of what it covers. None of one texel.
     fn halved(&self) -> Option<Self> {
         if self.width == 1 && self.height == 1 {

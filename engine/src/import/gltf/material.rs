@@ -15,7 +15,7 @@
 //! | KHR_materials_unlit | nothing but `emission` 1 |
 //!
 //! Glass refracts whether or not KHR_materials_volume gives it a thickness: rays find the far side themselves.
-//! Of textures, that of the base colour becomes `color_map` and that of normals `normal_map` (its `scale` is taken as 1);
+//! Of textures, that of the base colour becomes `color_map` and that of normals `normal_map`, its tilts times its `scale`;
 //! of that of metal and roughness only the mean counts, times the factors. `alphaMode` MASK cuts out at its
 //! `alphaCutoff`, BLEND, where the colour has a picture, at a half. A picture of what is given off is left out, and with
 //! it the light, unless it is the picture of the base colour.
@@ -112,7 +112,8 @@ fn material_of(
     if let Some(texture) = material.normal_texture() {
         let plain = Coordinates::of_set(texture.tex_coord());
         if *wanted.get_or_insert(plain) == plain {
-            result.normal_map = maps.texture(&texture.texture(), ColorSpace::Linear, warnings);
+            let map = maps.texture(&texture.texture(), ColorSpace::Linear, warnings);
+            result.normal_map = map.and_then(|map| maps.steeper(map, texture.scale()));
         } else {
             let name = material.name().unwrap_or_default();
             warnings.push(format!(

@@ -51,6 +51,11 @@ impl<'a> Maps<'a> {
         read(held, &mut self.shown, (texture, space), warnings)
     }
 
+    /// The row of a normal map so many times as steep.
+    pub fn steeper(&mut self, map: TextureId, times: f32) -> Option<TextureId> {
+        self.shown.steeper(map, times.into())
+    }
+
     /// The mean of a texture of plain numbers, from 0 to 1.
     pub fn mean(&mut self, texture: &gltf::Texture, warnings: &mut Warnings) -> Option<[f32; 4]> {
         let texture = (texture, ColorSpace::Linear);

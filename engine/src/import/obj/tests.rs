@@ -188,3 +188,44 @@ fn a_face_that_crosses_itself_leaves_no_hole() {
     let told = model.warnings.sentences().concat();
     assert!(told.contains("crosses itself"), "{told}");
 }
+
+#[test]
+fn colours_behind_vertices_are_theirs_where_all_have_one() {
+    let colored = "v 0 0 0 1 0 0.5\nv 1 0 0 0 1 0\nv 1 1 0 0 0 1\nf 3 1 2\n";
+    let model = import(colored).unwrap();
+    let half = linear_light(0.5) as f32;
+    let expected = [
+        Vec4::new(0.0, 0.0, 1.0, 1.0),
+        Vec4::new(1.0, 0.0, half, 1.0),
+    ];
+    assert_eq!(model.parts[0].mesh.colors[..2], expected);
+    // Bytes, and what is no number or not everywhere.
+    let bytes = import(&colored.replace("0.5\n", "255\n")).unwrap();
+    let blue = bytes.parts[0].mesh.colors[1].z;
+    assert_eq!(blue, 1.0);
+    for bad in [
+        colored.replace("0.5\n", "\n"),
+        colored.replace("0.5\n", "nan\n"),
+    ] {
+        assert!(
+            import(&bad).unwrap().parts[0].mesh.colors.is_empty(),
+            "{bad}"
+        );
+    }
+}
+
+#[test]
+fn pictures_lie_on_meshes_as_their_options_say() {
+    let text = format!("mtllib a.mtl\n{SQUARE}vt 0 0\nvt 1 0\nvt 1 1\nusemtl a\nf 1/1 2/2 3/3\n");
+    let mtl = |options: &str| format!("newmtl a\nmap_Kd {options} gone.png\n").into_bytes();
+    let uvs = |options: &str| {
+        let open = |_: &Path| Ok(mtl(options));
+        let model = read_obj(text.as_bytes(), Path::new("nowhere"), &open).unwrap();
+        model.parts[0].mesh.uvs.clone()
+    };
+    let place = |x: f32, y: f32| Vec2::new(x, 1.0 - y);
+    assert_eq!(uvs(""), [place(0.0, 0.0), place(1.0, 0.0), place(1.0, 1.0)]);
+    let moved = [place(0.5, 0.25), place(2.5, 0.25), place(2.5, 3.25)];
+    assert_eq!(uvs("-s 2 3 -o 0.5 0.25"), moved);
+    assert!(uvs("-s 1e6 1 -o 1e6").is_empty());
+}
