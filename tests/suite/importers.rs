@@ -3,7 +3,7 @@
 
 use std::path::{Path, PathBuf};
 
-use orrery_engine::import::{Model, import, import_nff_text, read_fbx, read_gltf};
+use orrery_engine::import::{Model, import, import_nff_text, read_fbx, read_gltf, read_obj};
 use orrery_tests::mutate::Mutator;
 
 /// Broken files tried of each file of a corpus.
@@ -18,6 +18,10 @@ type Reader = fn(&[u8], &Path) -> Result<Model, String>;
 const READERS: &[(&str, Reader)] = &[
     ("fbx", read_fbx),
     ("gltf", read_gltf),
+    // Its material file is the file itself, so that it is broken too.
+    ("obj", |bytes, folder| {
+        read_obj(bytes, folder, &|_| Ok(bytes.to_vec()))
+    }),
     ("nff", |bytes, folder| {
         import_nff_text(&String::from_utf8_lossy(bytes), &|name| {
             std::fs::read_to_string(folder.join(name)).map_err(|error| error.to_string())

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 /// Longest file that is read, bytes.
-const LONGEST: u64 = 1 << 30;
+pub const LONGEST: u64 = 1 << 30;
 
 /// The hash of a file's bytes; none: there is no such file.
 pub type Content = Option<[u8; 32]>;

@@ -20,7 +20,7 @@ mod smooth;
 pub use cache::{Cache, user_folder};
 pub use fbx::read_fbx;
 pub use files::Files;
-use files::bytes_of;
+use files::{LONGEST, bytes_of};
 pub use gltf::read_gltf;
 pub use load::Loader;
 pub use model::{Content, Joints, Model, Node, Part, Solid, Warnings};

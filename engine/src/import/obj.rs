@@ -3,6 +3,8 @@
 //! Each object or group and each material in it becomes one mesh. Faces of more than three corners are cut
 //! by ear clipping, so concave ones come out right; points and lines are left out.
 
+mod plain;
+
 use std::cell::RefCell;
 use std::collections::HashMap;
 use std::path::Path;
@@ -15,15 +17,18 @@ use super::{
     material_of, with_pictures,
 };
 use crate::world::{MeshData, linear_light, triangulate_face};
+use plain::{plain, plain_materials};
 
 /// Reads an OBJ file and the MTL files it names, which are looked for beside it.
 ///
 /// # Errors
-/// A sentence without the file's name: it cannot be opened, is no OBJ, has no face, or names a vertex
-/// that is not there or not finite. A material file that is missing or bad is a warning.
+/// A sentence without the file's name: it cannot be opened, or has no face. A face that names what is not there or not
+/// finite is left out with a warning, and so is a material file that is missing or bad.
 pub fn import(path: &Path, files: &Files) -> Result<Model, String> {
     let open = |name: &Path| files.bytes(&files.folder().join(name));
-    read(&text_of(&files.bytes(path)?), files, &open)
+    let mut warnings = Warnings::default();
+    let text = text_of(&files.bytes(path)?, &mut warnings);
+    read(&text, warnings, files, &open)
 }
 
 /// [`import`] for bytes. `open` gives those of its material files by their names; pictures are in the folder.
@@ -31,55 +36,24 @@ pub fn import(path: &Path, files: &Files) -> Result<Model, String> {
 /// # Errors
 /// See [`import`].
 pub fn read_obj(bytes: &[u8], folder: &Path, open: &Open) -> Result<Model, String> {
-    read(&text_of(bytes), &Files::of_folder(folder), open)
+    let mut warnings = Warnings::default();
+    let text = text_of(bytes, &mut warnings);
+    read(&text, warnings, &Files::of_folder(folder), open)
 }
 
 /// Gives the bytes of a file beside the model.
 type Open<'a> = dyn Fn(&Path) -> Result<Vec<u8>, String> + 'a;
 
-/// The text without what is known to make tobj 4.0 panic; what is not, is caught by those who call importers.
-fn text_of(bytes: &[u8]) -> String {
+/// The text of a file. What is known to make tobj 4.0 panic is taken out of it; what is not, is caught by those who call
+/// importers.
+fn text_of(bytes: &[u8], warnings: &mut Warnings) -> String {
     // Some exporters write Latin-1 names; geometry is ASCII.
-    plain(&String::from_utf8_lossy(bytes))
+    plain(&String::from_utf8_lossy(bytes), warnings)
 }
 
-/// The text without what tobj 4.0 refuses but geometry does not need: colours after a vertex where not all vertices
-/// have one, `usemtl` without a name, lines continued by a backslash.
-fn plain(text: &str) -> String {
-    let joined = text.replace("\\\r\n", " ").replace("\\\n", " ");
-    let colored = |line: &str| {
-        let mut words = line.split_whitespace();
-        let numbers = |words: std::str::SplitWhitespace| {
-            words
-                .take(7)
-                .filter(|word| word.parse::<f64>().is_ok())
-                .count()
-        };
-        words.next() != Some("v") || numbers(words) == 6
-    };
-    let numbers = if joined.lines().all(colored) { 6 } else { 3 };
-    let mut plain = String::with_capacity(joined.len());
-    for line in joined.lines() {
-        let mut words = line.split_whitespace();
-        match words.next() {
-            Some("v") => {
-                plain.push('v');
-                for word in words.take(numbers) {
-                    plain.push(' ');
-                    plain.push_str(word);
-                }
-            }
-            Some("usemtl") if words.next().is_none() => {}
-            _ => plain.push_str(line),
-        }
-        plain.push('\n');
-    }
-    plain
-}
-
-fn read(text: &str, files: &Files, open: &Open) -> Result<Model, String> {
+fn read(text: &str, warnings: Warnings, files: &Files, open: &Open) -> Result<Model, String> {
     // tobj asks for material files through a shared closure.
-    let warnings = RefCell::new(Warnings::default());
+    let warnings = RefCell::new(warnings);
     let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |name| {
         Ok(load_materials(name, open, &mut warnings.borrow_mut()))
     });
@@ -111,7 +85,14 @@ fn read(text: &str, files: &Files, open: &Open) -> Result<Model, String> {
     let groups: Vec<_> = models.par_iter().map(group).collect();
     for (source, group) in models.iter().zip(groups) {
         model.warnings.append(group.warnings);
-        let (mesh, sources) = group.mesh?;
+        let (mesh, sources) = match group.mesh {
+            Ok(found) => found,
+            Err(why) => {
+                let warning = format!("the mesh `{}` is left out: {why}", source.name);
+                model.warnings.push(warning);
+                continue;
+            }
+        };
         if !mesh.triangles.is_empty() {
             let content = Content::Part {
                 part: model.parts.len(),
@@ -135,7 +116,9 @@ fn read(text: &str, files: &Files, open: &Open) -> Result<Model, String> {
         }
     }
     if model.parts.is_empty() {
-        return Err("it has no face".into());
+        let told = model.warnings.sentences();
+        let why = std::iter::once("it has no face".to_owned()).chain(told);
+        return Err(why.collect::<Vec<_>>().join("; "));
     }
     Ok(model)
 }
@@ -170,7 +153,7 @@ fn options() -> tobj::LoadOptions {
 /// # Errors
 /// A sentence without the file's name: it cannot be opened or is no OBJ.
 pub(super) fn outlines(path: &Path) -> Result<Vec<(Outline, Vec<DVec3>)>, String> {
-    let text = text_of(&bytes_of(path)?);
+    let text = text_of(&bytes_of(path)?, &mut Warnings::default());
     let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |_| {
         Ok((Vec::new(), HashMap::new()))
     });
@@ -204,7 +187,11 @@ fn load_materials(
     warnings: &mut Warnings,
 ) -> (Vec<tobj::Material>, HashMap<String, usize>) {
     let read = open(name).and_then(|bytes| {
-        let text = plain_materials(&String::from_utf8_lossy(&bytes), name, warnings);
+        let text = plain_materials(
+            &String::from_utf8_lossy(&bytes),
+            &name.display().to_string(),
+            warnings,
+        );
         caught("MTL", || {
             tobj::load_mtl_buf(&mut text.as_bytes())
                 .map_err(|error| format!("it is not a valid MTL file: {error}"))
@@ -214,30 +201,6 @@ fn load_materials(
         warnings.push(format!("material file {}: {why}", name.display()));
         Default::default()
     })
-}
-
-/// The text without colours that are not three numbers, at which tobj 4.0 panics. One number stands for
-/// three (as the format has it); other counts are left out with a warning.
-fn plain_materials(text: &str, name: &Path, warnings: &mut Warnings) -> String {
-    let mut plain = String::with_capacity(text.len());
-    for (i, line) in text.lines().enumerate() {
-        let words: Vec<&str> = line.split_whitespace().take(4).collect();
-        match words.as_slice() {
-            [key @ ("Ka" | "Kd" | "Ks" | "Ke"), value] => {
-                plain.push_str(&format!("{key} {value} {value} {value}"));
-            }
-            [key @ ("Ka" | "Kd" | "Ks" | "Ke")] | [key @ ("Ka" | "Kd" | "Ks" | "Ke"), _, _] => {
-                warnings.push(format!(
-                    "line {} of material file {} is left out: `{key}` needs one number or three",
-                    i + 1,
-                    name.display()
-                ));
-            }
-            _ => plain.push_str(line),
-        }
-        plain.push('\n');
-    }
-    plain
 }
 
 /// Texture coordinates beyond this say nothing.

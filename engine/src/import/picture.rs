@@ -125,12 +125,36 @@ pub enum Recipe {
     Heights(TextureId, u64),
 }
 
+/// Texels along an edge of the hatch, and of a stripe along it.
+const HATCH: [u32; 2] = [64, 16];
+
+/// Stripes of orange and grey: what is drawn in place of a picture or a material that cannot be read.
+pub fn hatch(wrap: Wrap) -> Texture {
+    let [edge, stripe] = HATCH;
+    let rgba: Vec<u8> = (0..edge * edge)
+        .flat_map(|i| match (i % edge + i / edge) / stripe % 2 {
+            0 => [214, 122, 40, 255],
+            _ => [96, 98, 102, 255],
+        })
+        .collect();
+    // Its size is one that textures have.
+    Texture::new("hatch", [edge; 2], &rgba, ColorSpace::Srgb, wrap).unwrap_or_default()
+}
+
+/// Texels of all pictures of a model together: as many as four of the largest have.
+const MOST_TEXELS_OF_ALL: u64 = 4 * MOST_TEXELS;
+
 /// The textures of a model under way: each picture once a use, missing ones told once.
+///
+/// A picture of colours that is there but cannot be read is hatched, so that one sees where it should be; one that is not there
+/// is left out, as are pictures of other things.
 pub struct Pictures<'a> {
     files: &'a Files,
     rows: HashMap<(String, ColorSpace, Wrap), Option<TextureId>>,
     /// Pictures that were made of others, by what they were made of and how.
     made: HashMap<Recipe, TextureId>,
+    /// Texels that may still be read.
+    room: u64,
     /// Rows of [`super::Model::textures`].
     pub textures: Vec<Texture>,
 }
@@ -142,6 +166,7 @@ impl<'a> Pictures<'a> {
             files,
             rows: HashMap::new(),
             made: HashMap::new(),
+            room: MOST_TEXELS_OF_ALL,
             textures: Vec::new(),
         }
     }
@@ -155,9 +180,8 @@ impl<'a> Pictures<'a> {
     ) -> Option<TextureId> {
         let path = self.find(name);
         let files = self.files;
-        self.row((name, space, wrap), warnings, || {
-            texture_of(&path, &files.bytes(&path)?, space, wrap)
-        })
+        let read = || texture_of(&path, &files.bytes(&path)?, space, wrap);
+        self.row((name, space, wrap), files.is_there(&path), warnings, read)
     }
 
     /// The texture of a picture within the model; `name` tells it from others.
@@ -167,14 +191,14 @@ impl<'a> Pictures<'a> {
         (space, wrap): (ColorSpace, Wrap),
         warnings: &mut Warnings,
     ) -> Option<TextureId> {
-        self.row((name, space, wrap), warnings, || {
-            decode_texture(bytes, ending, space, wrap)
-        })
+        let read = || decode_texture(bytes, ending, space, wrap);
+        self.row((name, space, wrap), true, warnings, read)
     }
 
     fn row(
         &mut self,
         (name, space, wrap): (&str, ColorSpace, Wrap),
+        is_there: bool,
         warnings: &mut Warnings,
         read: impl FnOnce() -> Result<Texture, String>,
     ) -> Option<TextureId> {
@@ -182,18 +206,28 @@ impl<'a> Pictures<'a> {
         if let Some(&row) = self.rows.get(&key) {
             return row;
         }
-        let row = match read() {
-            Ok(texture) => {
-                self.textures.push(texture);
-                Some(TextureId(self.textures.len() as u32 - 1))
-            }
+        let read = match self.room {
+            0 => Err("its pictures come to too many texels".into()),
+            _ => read(),
+        };
+        let texture = match read {
+            Ok(texture) => Some(texture),
             Err(why) => {
-                warnings.push(format!(
-                    "the texture `{name}` is left out, its colour is plain: {why}"
-                ));
-                None
+                let is_hatched = is_there && space == ColorSpace::Srgb;
+                let instead = match is_hatched {
+                    true => "hatched",
+                    false => "left out, its colour is plain",
+                };
+                warnings.push(format!("the texture `{name}` is {instead}: {why}"));
+                is_hatched.then(|| hatch(wrap))
             }
         };
+        let row = texture.map(|texture| {
+            let texels = texture.levels.first().map_or(0, |level| level.texels.len());
+            self.room = self.room.saturating_sub(texels as u64);
+            self.textures.push(texture);
+            TextureId(self.textures.len() as u32 - 1)
+        });
         self.rows.insert(key, row);
         row
     }
@@ -296,5 +330,25 @@ mod tests {
             let _ = decoded(&bmp(2, 1)[..cut], None);
         }
         assert!(decoded(&[], Some("png")).is_err());
+    }
+
+    #[test]
+    fn pictures_of_colours_that_are_broken_are_hatched() {
+        let files = Files::of_folder(Path::new("no such folder"));
+        let mut pictures = Pictures::new(&files);
+        let mut warnings = Warnings::default();
+        let broken = ("images[0]", &b"no picture"[..], None);
+        let row = pictures.bytes(broken, (ColorSpace::Srgb, Wrap::Clamp), &mut warnings);
+        let hatched = &pictures.textures[row.expect("a hatch").0 as usize];
+        let stripes = &hatched.levels[0].texels;
+        assert!(stripes[0] != stripes[16] && stripes[0] == stripes[32]);
+        let normals = pictures.bytes(broken, (ColorSpace::Linear, Wrap::Clamp), &mut warnings);
+        let missing = pictures.file("gone.png", (ColorSpace::Srgb, Wrap::Clamp), &mut warnings);
+        assert_eq!((normals, missing, pictures.textures.len()), (None, None, 1));
+        let told = warnings.sentences();
+        assert!(
+            told[0].starts_with("the texture `images[0]` is hatched: "),
+            "{told:?}"
+        );
     }
 }

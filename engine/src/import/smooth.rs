@@ -53,6 +53,7 @@ fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
             around[place as usize].push((face as u32, corner));
         }
     }
+    let crowds = crowds(&around, &faces);
     let limit = crease_degrees.to_radians().cos() - 1e-9;
     let mut rows: HashMap<(u32, [u32; 3]), u32> = HashMap::new();
     let (mut vertices, mut normals, mut sources) = (Vec::new(), Vec::new(), Vec::new());
@@ -65,12 +66,16 @@ fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
             let own = faces[face][0].normal;
             triangle.map(|vertex| {
                 let place = places[vertex as usize];
-                let sum: DVec3 = around[place as usize]
-                    .iter()
-                    .map(|&(f, corner)| faces[f as usize][usize::from(corner)])
-                    .filter(|corner| corner.normal.dot(own) >= limit)
-                    .map(|corner| corner.normal * corner.angle)
-                    .sum();
+                let gentle = |corner: &Weighted| corner.normal.dot(own) >= limit;
+                let share = |corner: Weighted| corner.normal * corner.angle;
+                let sum: DVec3 = match crowds.get(&place) {
+                    Some(crowd) => crowd.iter().copied().filter(gentle).map(share).sum(),
+                    None => {
+                        let around = around[place as usize].iter();
+                        let corners = around.map(|&(f, c)| faces[f as usize][usize::from(c)]);
+                        corners.filter(gentle).map(share).sum()
+                    }
+                };
                 // A triangle without area has no normal; any unit vector keeps shading finite.
                 let own = own.try_normalize().unwrap_or(DVec3::Y);
                 let normal: Vec3 = sum.try_normalize().unwrap_or(own).as_vec3();
@@ -101,6 +106,34 @@ fn smoothed(mesh: &MeshData, crease_degrees: f64) -> (MeshData, Vec<u32>) {
         ..mesh.clone()
     };
     (smooth, sources)
+}
+
+/// Faces at a place beyond which those that face nearly the same way are taken as one.
+const CROWD: usize = 512;
+/// Steps into which the coordinates of their normals are parted for that.
+const STEPS: f64 = 6.0;
+
+/// The faces at places where very many meet, put together by where they face: each face there is held against each of
+/// these, and the fan of a file made for it has hundreds of thousands.
+fn crowds(around: &[Vec<(u32, u8)>], faces: &[[Weighted; 3]]) -> HashMap<u32, Vec<Weighted>> {
+    let crowded = (0_u32..).zip(around).filter(|(_, at)| at.len() > CROWD);
+    let together = crowded.map(|(place, at)| {
+        let mut sums: HashMap<[i32; 3], DVec3> = HashMap::new();
+        for &(face, corner) in at {
+            let Weighted { normal, angle } = faces[face as usize][usize::from(corner)];
+            let step = (normal * STEPS).round().as_ivec3().to_array();
+            *sums.entry(step).or_default() += normal * angle;
+        }
+        // Sums depend on their order, which that of the map is not.
+        let mut sums: Vec<_> = sums.into_iter().collect();
+        sums.sort_unstable_by_key(|(step, _)| *step);
+        let weighted = |(_, sum): ([i32; 3], DVec3)| Weighted {
+            normal: sum.normalize_or_zero(),
+            angle: sum.length(),
+        };
+        (place, sums.into_iter().map(weighted).collect())
+    });
+    together.collect()
 }
 
 /// A face's normal and its angle at one corner.
@@ -242,5 +275,24 @@ mod tests {
     fn a_degenerate_triangle_gives_no_nan() {
         let mesh = MeshData::new("d", vec![DVec3::ZERO; 3], Vec::new(), vec![[0, 1, 2]]).unwrap();
         assert!(smooth(&mesh, 60.0).normals.iter().all(|n| n.is_finite()));
+    }
+
+    #[test]
+    fn hundreds_of_thousands_of_faces_around_a_vertex_are_smoothed() {
+        let count = 200_000_u32;
+        let rim = |i: u32| {
+            let angle = f64::from(i) / f64::from(count) * std::f64::consts::TAU;
+            DVec3::new(angle.cos(), angle.sin(), -1.0)
+        };
+        let vertices = (0..count).map(rim).chain([DVec3::ZERO]).collect();
+        let fan = (0..count).map(|i| [i, (i + 1) % count, count]).collect();
+        let cone = MeshData::new("cone", vertices, Vec::new(), fan).unwrap();
+        let round = smooth(&cone, 180.0);
+        let top = round.triangles[0][2] as usize;
+        assert!(round.normals[top].distance(Vec3::Z) < 1e-4);
+        // Faces within the crease of the first one, on both sides of it.
+        let sharp = smooth(&cone, 60.0);
+        let top = sharp.normals[sharp.triangles[0][2] as usize];
+        assert!(top.x > 0.3 && top.y.abs() < 0.1 && top.z > 0.6, "{top}");
     }
 }

@@ -11,7 +11,7 @@ use crate::world::{Channel, Clip, Interpolation, Track};
 
 /// Puts the animations of the file into the model. A clip begins at 0, or at its first key if that is before, and
 /// ends at its last key. What moves nodes outside of the scene is left out.
-pub fn read_clips(file: &File, rows: &Rows, model: &mut Model) -> Result<(), String> {
+pub fn read_clips(file: &File, rows: &Rows, model: &mut Model) {
     for animation in file.document.animations() {
         let mut clip = Clip {
             name: animation.name().unwrap_or_default().to_owned(),
@@ -29,13 +29,16 @@ pub fn read_clips(file: &File, rows: &Rows, model: &mut Model) -> Result<(), Str
                     channel.index()
                 )
             };
-            let track = track_of(file, &channel.sampler(), (row, target.property()))
-                .map_err(|why| format!("{}: {why}", place()))?;
-            if let Err(why) = track.check() {
-                let warning = format!("{}: {why}; it is left out", place());
-                model.warnings.push(warning);
-                continue;
-            }
+            let track = track_of(file, &channel.sampler(), (row, target.property()));
+            let track = track.and_then(|track| track.check().map(|()| track));
+            let track = match track {
+                Ok(track) => track,
+                Err(why) => {
+                    let warning = format!("{}: {why}; it is left out", place());
+                    model.warnings.push(warning);
+                    continue;
+                }
+            };
             clip.start = clip.start.min(track.times[0]);
             clip.end = clip.end.max(track.times[track.times.len() - 1]);
             clip.tracks.push(track);
@@ -44,7 +47,6 @@ pub fn read_clips(file: &File, rows: &Rows, model: &mut Model) -> Result<(), Str
             model.clips.push(clip);
         }
     }
-    Ok(())
 }
 
 fn track_of(

@@ -5,7 +5,7 @@ use std::cell::Cell;
 use gltf::json::validation::{Checked, Error as Invalid, Validate};
 use gltf::{Document, Gltf, buffer};
 
-use crate::import::Files;
+use crate::import::{Files, LONGEST};
 
 /// A document that passed the checks of its schema, and the bytes of its buffers.
 pub struct File {
@@ -52,6 +52,10 @@ impl File {
                 ));
             }
             size += data.len();
+            if size as u64 > LONGEST {
+                let most = LONGEST >> 20;
+                return Err(format!("its buffers come to more than {most} MiB"));
+            }
             buffers.push(data);
         }
         Ok(Self {

@@ -4,8 +4,9 @@
 //! before the bytes behind it were seen. The scene is the file's default one, else the first, else all nodes without
 //! a parent. Units, axes (+Y up) and the directions of cameras and lights are those of this engine.
 //!
-//! What cannot be shown is left out with a warning: points and lines, pictures that are missing. Draco and other
-//! compressed buffers are refused when the file requires them.
+//! What cannot be shown is left out with a warning: points and lines, pictures that are missing, and whatever its bytes are
+//! missing of, part by part; a file is refused where nothing of it is left to see. Draco and other compressed buffers
+//! are refused when the file requires them.
 
 mod accessor;
 mod clip;
@@ -26,7 +27,7 @@ use file::File;
 use material::Materials;
 use primitive::Parts;
 
-use super::{Files, Model};
+use super::{Content, Files, Model};
 
 /// Reads a file and the buffers it names, which lie in its folder.
 ///
@@ -49,9 +50,12 @@ fn read(bytes: &[u8], files: &Files) -> Result<Model, String> {
     let mut model = Model::default();
     let materials = Materials::read(&file, files, &mut model);
     let rows = node::read_nodes(&file, &mut model);
-    skin::read_skins(&file, &rows, &mut model)?;
+    skin::read_skins(&file, &rows, &mut model);
     let mut parts = Parts::new(&file, &materials);
-    node::fill_nodes(&file, &rows, &mut parts, &mut model)?;
-    clip::read_clips(&file, &rows, &mut model)?;
-    Ok(model)
+    node::fill_nodes(&file, &rows, &mut parts, &mut model);
+    clip::read_clips(&file, &rows, &mut model);
+    match parts.broken {
+        Some(why) if !model.contents().any(Content::is_visible) => Err(why),
+        _ => Ok(model),
+    }
 }

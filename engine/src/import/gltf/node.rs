@@ -84,18 +84,13 @@ fn name_of(node: &gltf::Node) -> String {
 }
 
 /// Puts meshes, cameras and lights at the nodes.
-pub fn fill_nodes(
-    file: &File,
-    rows: &Rows,
-    parts: &mut Parts,
-    model: &mut Model,
-) -> Result<(), String> {
+pub fn fill_nodes(file: &File, rows: &Rows, parts: &mut Parts, model: &mut Model) {
     for node in file.document.nodes() {
         let Some(&row) = rows.get(&node.index()) else {
             continue;
         };
         let place = |what: &str| format!("nodes[{}]: its {what} makes none", node.index());
-        let mut contents = parts.of_node(&node, model)?;
+        let mut contents = parts.of_node(&node, model);
         if let Some(camera) = node.camera() {
             match camera_of(&file.document.as_json().cameras[camera.index()]) {
                 Some(camera) => contents.push(camera),
@@ -110,7 +105,6 @@ pub fn fill_nodes(
         }
         model.nodes[row].contents = contents;
     }
-    Ok(())
 }
 
 /// The pose, and what it cannot say; none where numbers are not finite or out of all bounds.

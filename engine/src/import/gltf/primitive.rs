@@ -23,6 +23,8 @@ pub struct Parts<'a> {
     materials: &'a Materials,
     /// Parts and materials of meshes, by mesh and the bits of the weights that a node gives it.
     read: HashMap<(usize, Vec<u32>), Vec<(usize, usize)>>,
+    /// Why the first of those that are broken is left out.
+    pub broken: Option<String>,
 }
 
 impl<'a> Parts<'a> {
@@ -32,30 +34,31 @@ impl<'a> Parts<'a> {
             file,
             materials,
             read: HashMap::new(),
+            broken: None,
         }
     }
 
     /// The parts that a node shows.
-    pub fn of_node(
-        &mut self,
-        node: &gltf::Node,
-        model: &mut Model,
-    ) -> Result<Vec<Content>, String> {
+    pub fn of_node(&mut self, node: &gltf::Node, model: &mut Model) -> Vec<Content> {
         let Some(mesh) = node.mesh() else {
-            return Ok(Vec::new());
+            return Vec::new();
         };
         let weights = node.weights().or(mesh.weights()).unwrap_or_default();
         let key = (mesh.index(), weights.iter().map(|w| w.to_bits()).collect());
         if !self.read.contains_key(&key) {
-            let parts = self.parts_of(&mesh, weights, model)?;
+            let parts = self.parts_of(&mesh, weights, model);
             self.read.insert(key.clone(), parts);
         }
         let skin = node.skin().map(|skin| skin.index());
         let joints = skin.map_or(0, |skin| model.skins[skin].nodes.len());
         let parts = &self.read[&key];
         // Each becomes an entity, with joints of its own.
-        self.file
-            .spend(parts.len().saturating_mul(AN_ENTITY + AN_ENTITY * joints))?;
+        let entities = parts.len().saturating_mul(AN_ENTITY + AN_ENTITY * joints);
+        if let Err(why) = self.file.spend(entities) {
+            let why = format!("nodes[{}]: {why}", node.index());
+            leave_out(&mut self.broken, why, model);
+            return Vec::new();
+        }
         let contents = parts.iter().map(|&(part, material)| {
             let binding = model.parts[part].binding.as_ref();
             let held = binding.is_some_and(|b| (b.highest_joint() as usize) < joints);
@@ -70,16 +73,16 @@ impl<'a> Parts<'a> {
                 skin: skin.filter(|_| held),
             }
         });
-        Ok(contents.collect())
+        contents.collect()
     }
 
     /// The parts of a mesh, with their materials.
     fn parts_of(
-        &self,
+        &mut self,
         mesh: &gltf::Mesh,
         weights: &[f32],
         model: &mut Model,
-    ) -> Result<Vec<(usize, usize)>, String> {
+    ) -> Vec<(usize, usize)> {
         let mut parts = Vec::new();
         let several = mesh.primitives().len() > 1;
         for primitive in mesh.primitives() {
@@ -88,17 +91,21 @@ impl<'a> Parts<'a> {
             if several {
                 name = format!("{name} {}", primitive.index());
             }
-            let part = self.part_of(&primitive, (name, weights), (&place, model))?;
-            if let Some(part) = part {
-                let material = self.materials.row(&primitive.material(), model);
-                parts.push((model.parts.len(), material));
-                model.parts.push(part);
+            match self.part_of(&primitive, (name, weights), (&place, model)) {
+                Ok(Some(part)) => {
+                    let material = self.materials.row(&primitive.material(), model);
+                    parts.push((model.parts.len(), material));
+                    model.parts.push(part);
+                }
+                Ok(None) => {}
+                Err(why) => leave_out(&mut self.broken, format!("{place}: {why}"), model),
             }
         }
-        Ok(parts)
+        parts
     }
 
-    /// A primitive's part; none, and a warning, where it has no triangle.
+    /// A primitive's part; none, and a warning, where it has no triangle. What of it cannot be read beside its triangles is
+    /// left out with a warning.
     fn part_of(
         &self,
         primitive: &Primitive,
@@ -106,14 +113,14 @@ impl<'a> Parts<'a> {
         (place, model): (&str, &mut Model),
     ) -> Result<Option<Part>, String> {
         let within = |why: String| format!("{place}: {why}");
-        let sound = self.sound(primitive, (place, model)).map_err(within)?;
-        let Some((positions, sound)) = sound else {
+        let Some((positions, sound)) = self.sound(primitive, (place, model))? else {
             return Ok(None);
         };
-        let normals = self.normals_of(primitive, &sound.used).map_err(within)?;
-        let normals = normals.unwrap_or_else(|| {
-            let what = "normals are missing, zero or not finite; it is shaded flat";
-            model.warnings.push(within(what.into()));
+        let normals = self.normals_of(primitive, &sound.used);
+        let normals = normals.unwrap_or_else(|why| {
+            model
+                .warnings
+                .push(within(format!("it is shaded flat: {why}")));
             Vec::new()
         });
         let wanted = self.materials.coordinates(&primitive.material());
@@ -127,13 +134,18 @@ impl<'a> Parts<'a> {
         let vertices = gather(&positions, &sound.used);
         let vertices = vertices.into_iter().map(|v| v.as_dvec3()).collect();
         let mesh = MeshData::new(name, vertices, normals, sound.triangles)
-            .and_then(|mesh| mesh.with_looks(uvs, colors))
-            .map_err(within)?;
-        let morph = self.morph_of(primitive, &sound.used, weights);
-        let binding = binding_of(self.file, primitive, &sound.used, (place, model))?;
+            .and_then(|mesh| mesh.with_looks(uvs, colors))?;
+        let morph = self.morph_of(primitive, &sound.used, weights, (place, model));
+        let binding = binding_of(self.file, primitive, &sound.used, (place, model));
+        let binding = binding.unwrap_or_else(|why| {
+            model
+                .warnings
+                .push(within(format!("nothing holds its vertices: {why}")));
+            None
+        });
         Ok(Some(Part {
             mesh,
-            morph: morph.map_err(within)?,
+            morph,
             binding,
             sources: sound.used,
             ..Part::default()
@@ -174,50 +186,55 @@ impl<'a> Parts<'a> {
         Ok(Some((positions, sound)))
     }
 
-    /// Unit normals of the vertices that are used; empty where there are none, nothing where they cannot be used.
-    fn normals_of(&self, primitive: &Primitive, used: &[u32]) -> Result<Option<Vec<Vec3>>, String> {
+    /// Unit normals of the vertices that are used; empty where there are none.
+    fn normals_of(&self, primitive: &Primitive, used: &[u32]) -> Result<Vec<Vec3>, String> {
         let Some(normals) = primitive.get(&Semantic::Normals) else {
-            return Ok(Some(Vec::new()));
+            return Ok(Vec::new());
         };
         let numbers = self.file.numbers(&normals, Dimensions::Vec3)?;
         if numbers.len() < 3 * count_up_to_last(used) {
-            return Ok(None);
+            return Err("too few normals".into());
         }
         let normals = gather(&numbers, used).into_iter();
-        Ok(normals.map(Vec3::try_normalize).collect())
+        let unit: Option<Vec<Vec3>> = normals.map(Vec3::try_normalize).collect();
+        unit.ok_or_else(|| "a normal is zero or not finite".into())
     }
 
-    /// The morph targets; the weights are the node's, else the mesh's, else 0.
+    /// The morph targets; the weights are the node's, else the mesh's, else 0. One that is broken moves nothing, so that the
+    /// others keep their weights.
     fn morph_of(
         &self,
         primitive: &Primitive,
         used: &[u32],
         weights: &[f32],
-    ) -> Result<Option<Morph>, String> {
+        (place, model): (&str, &mut Model),
+    ) -> Option<Morph> {
         let mut values = Vec::new();
         let mut count = 0;
         for target in primitive.morph_targets() {
-            match target.positions() {
-                Some(offsets) => {
-                    let offsets = self.file.numbers(&offsets, Dimensions::Vec3)?;
-                    if offsets.len() < 3 * count_up_to_last(used) {
-                        return Err(format!("morph target {count} has too few offsets"));
-                    }
-                    let offsets = gather(&offsets, used);
-                    if !offsets.iter().all(|offset| offset.is_finite()) {
-                        return Err(format!("an offset of morph target {count} is not finite"));
-                    }
-                    values.extend(offsets);
+            let offsets = target.positions();
+            let offsets = offsets.map_or(Ok(None), |offsets| self.offsets(&offsets, used));
+            let offsets = offsets.unwrap_or_else(|why| {
+                let warning = format!("{place}: morph target {count} moves nothing: {why}");
+                model.warnings.push(warning);
+                None
+            });
+            match offsets {
+                Some(offsets) => values.extend(offsets),
+                None if self.file.spend(3 * used.len()).is_ok() => {
+                    values.resize(values.len() + used.len(), Vec3::ZERO);
                 }
                 None => {
-                    self.file.spend(3 * used.len())?;
-                    values.resize(values.len() + used.len(), Vec3::ZERO);
+                    let warning =
+                        format!("{place}: its morph targets are too many; it keeps still");
+                    model.warnings.push(warning);
+                    return None;
                 }
             }
             count += 1;
         }
         if count == 0 {
-            return Ok(None);
+            return None;
         }
         let weight = |i: usize| {
             weights
@@ -226,14 +243,37 @@ impl<'a> Parts<'a> {
                 .filter(|w| w.abs() <= 1e6)
                 .unwrap_or(0.0)
         };
-        Ok(Some(Morph {
+        Some(Morph {
             targets: Arc::new(VertexSets {
                 vertices: used.len(),
                 values,
             }),
             weights: (0..count).map(|i| f64::from(weight(i))).collect(),
-        }))
+        })
     }
+
+    /// How far a morph target moves the vertices that are used.
+    fn offsets(
+        &self,
+        accessor: &gltf::Accessor,
+        used: &[u32],
+    ) -> Result<Option<Vec<Vec3>>, String> {
+        let offsets = self.file.numbers(accessor, Dimensions::Vec3)?;
+        if offsets.len() < 3 * count_up_to_last(used) {
+            return Err("it has too few offsets".into());
+        }
+        let offsets = gather(&offsets, used);
+        match offsets.iter().all(|offset| offset.is_finite()) {
+            true => Ok(Some(offsets)),
+            false => Err("an offset is not finite".into()),
+        }
+    }
+}
+
+/// Tells what is left out, and keeps the first reason.
+fn leave_out(broken: &mut Option<String>, why: String, model: &mut Model) {
+    model.warnings.push(format!("{why}; it is left out"));
+    broken.get_or_insert(why);
 }
 
 /// Triangles by the corners' own numbers; none for points and lines.

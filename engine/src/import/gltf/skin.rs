@@ -15,48 +15,48 @@ use crate::world::{FARTHEST, SkinBinding};
 const HELD_BY: usize = 4;
 
 /// Puts the skins of the file into the model, row by row; one that cannot be used has no joints.
-pub fn read_skins(file: &File, rows: &Rows, model: &mut Model) -> Result<(), String> {
+pub fn read_skins(file: &File, rows: &Rows, model: &mut Model) {
     for skin in file.document.skins() {
-        let place = |what: &str| format!("skins[{}]: {what}", skin.index());
-        let nodes: Option<Vec<usize>> = skin
-            .joints()
-            .map(|joint| rows.get(&joint.index()).copied())
-            .collect();
-        let Some(nodes) = nodes else {
-            model
-                .warnings
-                .push(place("a joint is not in the scene; it holds nothing"));
-            model.skins.push(Joints::default());
-            continue;
-        };
-        let joint_from_mesh = match skin.inverse_bind_matrices() {
-            None => vec![DAffine3::IDENTITY; nodes.len()],
-            Some(accessor) => {
-                let numbers = file.numbers(&accessor, Dimensions::Mat4)?;
-                let matrices = numbers.chunks_exact(16).take(nodes.len());
-                let affine = |numbers: &[f32]| {
-                    DAffine3::from_mat4(Mat4::from_cols_slice(numbers).as_dmat4())
-                };
-                matrices.map(affine).collect()
-            }
-        };
-        let within = |x: &f64| x.abs() <= FARTHEST;
-        let fits = |m: &DAffine3| m.to_cols_array().iter().all(within);
-        if joint_from_mesh.len() != nodes.len() || !joint_from_mesh.iter().all(fits) {
-            let why = "its inverse bind matrices are too few or not finite; it holds nothing";
-            model.warnings.push(place(why));
-            model.skins.push(Joints::default());
-            continue;
-        }
-        model.skins.push(Joints {
-            nodes,
-            joint_from_mesh,
+        let joints = joints_of(file, &skin, rows).unwrap_or_else(|why| {
+            let warning = format!("skins[{}]: {why}; it holds nothing", skin.index());
+            model.warnings.push(warning);
+            Joints::default()
         });
+        model.skins.push(joints);
     }
-    Ok(())
+}
+
+fn joints_of(file: &File, skin: &gltf::Skin, rows: &Rows) -> Result<Joints, String> {
+    let nodes: Option<Vec<usize>> = skin
+        .joints()
+        .map(|joint| rows.get(&joint.index()).copied())
+        .collect();
+    let nodes = nodes.ok_or("a joint is not in the scene")?;
+    let joint_from_mesh = match skin.inverse_bind_matrices() {
+        None => vec![DAffine3::IDENTITY; nodes.len()],
+        Some(accessor) => {
+            let numbers = file.numbers(&accessor, Dimensions::Mat4)?;
+            let matrices = numbers.chunks_exact(16).take(nodes.len());
+            let affine =
+                |numbers: &[f32]| DAffine3::from_mat4(Mat4::from_cols_slice(numbers).as_dmat4());
+            matrices.map(affine).collect()
+        }
+    };
+    let within = |x: &f64| x.abs() <= FARTHEST;
+    let fits = |m: &DAffine3| m.to_cols_array().iter().all(within);
+    if joint_from_mesh.len() != nodes.len() || !joint_from_mesh.iter().all(fits) {
+        return Err("its inverse bind matrices are too few or not finite".into());
+    }
+    Ok(Joints {
+        nodes,
+        joint_from_mesh,
+    })
 }
 
 /// Which joints hold the vertices `used` of a primitive; none: it is bound to nothing.
+///
+/// # Errors
+/// What of them cannot be read, without the place.
 pub fn binding_of(
     file: &File,
     primitive: &Primitive,
@@ -88,9 +88,7 @@ pub fn binding_of(
             let joints = joints.get(first..first + HELD_BY);
             let weights = weights.get(first..first + HELD_BY);
             let (Some(joints), Some(weights)) = (joints, weights) else {
-                return Err(format!(
-                    "{place}: too few joints or weights for its vertices"
-                ));
+                return Err("too few joints or weights for its vertices".into());
             };
             let pairs = joints.iter().copied().zip(weights.iter().copied());
             held.extend(pairs.filter(|&(_, weight)| weight > 0.0 && weight.is_finite()));
@@ -119,6 +117,5 @@ pub fn binding_of(
         let warning = format!("{place}: {unheld} vertices without weights follow the first joint");
         model.warnings.push(warning);
     }
-    let binding = SkinBinding::new(rows, shares).map_err(|why| format!("{place}: {why}"))?;
-    Ok(Some(Arc::new(binding)))
+    SkinBinding::new(rows, shares).map(|binding| Some(Arc::new(binding)))
 }

@@ -142,9 +142,9 @@ fn colours_on_some_vertices_and_continued_lines_are_read() {
 
 #[test]
 fn colours_of_materials_that_are_not_three_numbers_do_not_reach_the_reader() {
-    let text = "newmtl a\nKd 0.5\nKs 1 2\nKe\nKa 1 2 3\nKd x y\nnewmtl b\n Kd 0.1 0.2 0.3 4\n";
+    let text = "newmtl a\nKd 0.5\nKs 1 2\nKe\nKa 1 2 3\nKd x y\nNs x\nillum\nmap_Kd\nnewmtl b\n Kd 0.1 0.2 0.3 4\n";
     let mut warnings = Warnings::default();
-    let plain = plain_materials(text, Path::new("a.mtl"), &mut warnings);
+    let plain = plain_materials(text, "a.mtl", &mut warnings);
     // Without a net: tobj itself must not panic.
     let (materials, _) = tobj::load_mtl_buf(&mut plain.as_bytes()).unwrap();
     assert_eq!(materials[0].diffuse, Some([0.5; 3]));
@@ -152,7 +152,7 @@ fn colours_of_materials_that_are_not_three_numbers_do_not_reach_the_reader() {
     assert_eq!(materials[0].specular, None);
     assert_eq!(materials[1].diffuse, Some([0.1, 0.2, 0.3]));
     let warnings = warnings.sentences();
-    assert_eq!(warnings.len(), 3, "{warnings:#?}");
+    assert_eq!(warnings.len(), 6, "{warnings:#?}");
     assert!(
         warnings[0].starts_with("line 3 of material file a.mtl"),
         "{}",
@@ -176,8 +176,9 @@ fn corners_that_differ_in_their_texture_coordinate_alone_are_vertices_of_their_o
         (mesh.uvs[0], mesh.uvs[3]),
         (Vec2::new(0.0, 1.0), Vec2::new(7.0, -6.0))
     );
-    let odd = import(&format!("{SQUARE}vt nan 0\nf 1/1 2/1 3/1\n"));
-    assert!(odd.is_err() || odd.unwrap().parts[0].mesh.uvs.is_empty());
+    let odd = import(&format!("{SQUARE}vt nan 0\nf 1/1 2/1 3/1\n")).unwrap();
+    assert_eq!(odd.parts[0].mesh.uvs, [Vec2::Y; 3]);
+    assert_eq!(odd.warnings.sentences().len(), 1);
 }
 
 #[test]
@@ -228,4 +229,43 @@ fn pictures_lie_on_meshes_as_their_options_say() {
     let moved = [place(0.5, 0.25), place(2.5, 0.25), place(2.5, 3.25)];
     assert_eq!(uvs("-s 2 3 -o 0.5 0.25"), moved);
     assert!(uvs("-s 1e6 1 -o 1e6").is_empty());
+}
+
+#[test]
+fn what_is_broken_of_a_file_is_left_out_with_its_line() {
+    let text = format!(
+        "f 1 2 3\n{SQUARE}v x 0 0\nv nan 0 0\nvt 0.5\nvn 0 0\nf 1 2 9\nf 1 2 5\nf 1 2 6\nf 1 0 2\nf 1/2 2 3\nf 1 2 z\nf 1 2\nf -6/1 -5/1 -4/1\nl 1 x\nusemtl\n"
+    );
+    let model = import(&text).unwrap();
+    assert_eq!(model.parts[0].mesh.triangles.len(), 2);
+    assert_eq!(model.parts[0].mesh.vertices[1], DVec3::X);
+    let told = model.warnings.sentences();
+    let expected = [
+        "line 6: `v` is without its finite numbers",
+        "line 7: `v`",
+        "line 9: `vn`",
+        "line 10: a face is left out: there is no vertex 9, there are 6",
+        "line 11: a face is left out: vertex 5 is not three finite numbers",
+        "line 12: a face",
+        "line 13: a face is left out: there is no vertex 0",
+        "line 14: a face is left out: there is no texture coordinate 2",
+        "line 15: a face is left out: there is no vertex z",
+        "line 16: a face is left out: it has fewer than three corners",
+        "the normals of `unnamed_object` are left out",
+    ];
+    for (told, expected) in told.iter().zip(expected) {
+        assert!(told.starts_with(expected), "{told} / {expected}");
+    }
+    assert_eq!(told.len(), expected.len(), "{told:#?}");
+}
+
+#[test]
+fn a_material_file_is_read_once_however_often_it_is_named() {
+    let text = format!("{}{SQUARE}f 1 2 3\n", "mtllib a.mtl\n".repeat(1000));
+    let count = std::cell::Cell::new(0);
+    let model = read_obj(text.as_bytes(), Path::new("nowhere"), &|_| {
+        count.set(count.get() + 1);
+        Ok(b"newmtl red\nKd 1 0 0\n".to_vec())
+    });
+    assert_eq!((count.get(), model.unwrap().materials.len()), (1, 1));
 }

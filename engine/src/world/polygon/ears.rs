@@ -47,27 +47,31 @@ struct Ring<'a> {
     before: Vec<u32>,
     after: Vec<u32>,
     left: usize,
+    /// The points of the places, and which of them each place is at.
     near: Near,
+    points: Vec<u32>,
     /// Places that enclose nothing any more.
     spent: BTreeSet<u32>,
     /// Places where the ring turns left, and those of them whose triangle is empty.
     convex: BTreeSet<u32>,
     ears: BTreeSet<u32>,
-    /// Who waits for a place to go, and for which place one waits.
+    /// Who waits for a point to go, and for which point one waits.
     waiting: Vec<Vec<u32>>,
     waits_for: Vec<u32>,
 }
 
-/// Instead of a place: none.
+/// Instead of a point: none.
 const NONE: u32 = u32::MAX;
 
 impl<'a> Ring<'a> {
     fn new(points: &[DVec2], corners: &'a [usize]) -> Self {
         let count = corners.len() as u32;
         let at: Vec<DVec2> = corners.iter().map(|&corner| points[corner]).collect();
+        let (near, points) = Near::new(&at);
         let mut ring = Self {
             corners,
-            near: Near::new(at.clone()),
+            near,
+            points,
             at,
             before: (0..count).map(|i| (i + count - 1) % count).collect(),
             after: (0..count).map(|i| (i + 1) % count).collect(),
@@ -150,14 +154,19 @@ impl<'a> Ring<'a> {
 
     fn remove(&mut self, place: u32) {
         self.forget(place);
-        self.near.remove(place);
+        let point = self.points[place as usize];
+        let is_gone = self.near.remove(point);
         self.left -= 1;
         let [before, _, after] = self.three(place);
         self.after[before as usize] = after;
         self.before[after as usize] = before;
-        for other in std::mem::take(&mut self.waiting[place as usize]) {
+        let freed = match is_gone {
+            true => std::mem::take(&mut self.waiting[point as usize]),
+            false => Vec::new(),
+        };
+        for other in freed {
             let is_neighbour = other == before || other == after;
-            if self.waits_for[other as usize] == place && !is_neighbour {
+            if self.waits_for[other as usize] == point && !is_neighbour {
                 self.look_at(other);
             }
         }

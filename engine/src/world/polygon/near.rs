@@ -4,20 +4,23 @@
 //! make it look at more than a few boxes where there is nothing; boxes beyond an edge of the triangle are left aside by the
 //! edge's own line, not only by the triangle's box.
 
+use std::collections::HashMap;
+
 use glam::DVec2;
 use robust::{Coord, orient2d};
 
 /// Points of a leaf.
 const LEAF: usize = 8;
 
-/// Points that are still there, by number.
+/// Points that are still there, by number. No two are at one place: what lies there more than once is counted.
 pub struct Near {
     points: Vec<DVec2>,
+    /// How often each is still there.
+    counts: Vec<u32>,
     /// Numbers of the points, those of a box one after another.
     order: Vec<u32>,
     /// Where in `order` a point is.
     slots: Vec<u32>,
-    is_here: Vec<bool>,
     /// Children of box `k` are `2 k + 1` and `2 k + 2`.
     boxes: Vec<Bounds>,
 }
@@ -34,8 +37,26 @@ struct Bounds {
 type Step = (usize, usize, usize);
 
 impl Near {
-    /// All points are there.
-    pub fn new(points: Vec<DVec2>) -> Self {
+    /// The places of these points, and which place each of them has.
+    pub fn new(all: &[DVec2]) -> (Self, Vec<u32>) {
+        let (mut points, mut counts) = (Vec::new(), Vec::new());
+        let mut numbers = HashMap::with_capacity(all.len());
+        let places = all.iter().map(|&at| {
+            // Adding zero makes -0 and 0 the same place.
+            let bits = (at + DVec2::ZERO).to_array().map(f64::to_bits);
+            let place = *numbers.entry(bits).or_insert_with(|| {
+                points.push(at);
+                counts.push(0);
+                points.len() as u32 - 1
+            });
+            counts[place as usize] += 1;
+            place
+        });
+        let places: Vec<u32> = places.collect();
+        (Self::of_places(points, counts), places)
+    }
+
+    fn of_places(points: Vec<DVec2>, counts: Vec<u32>) -> Self {
         let count = points.len();
         let empty = Bounds {
             low: DVec2::INFINITY,
@@ -45,9 +66,9 @@ impl Near {
         let leaves = count.div_ceil(LEAF).next_power_of_two();
         let mut near = Self {
             points,
+            counts,
             order: (0..count as u32).collect(),
             slots: vec![0; count],
-            is_here: vec![true; count],
             boxes: vec![empty; 2 * leaves],
         };
         near.build((0, 0, count));
@@ -79,17 +100,18 @@ impl Near {
         }
     }
 
-    /// Takes a point away.
-    pub fn remove(&mut self, point: u32) {
-        if !std::mem::take(&mut self.is_here[point as usize]) {
-            return;
+    /// Takes away one of those at a place, and says whether it was the last one.
+    pub fn remove(&mut self, point: u32) -> bool {
+        self.counts[point as usize] -= 1;
+        if self.counts[point as usize] > 0 {
+            return false;
         }
         let slot = self.slots[point as usize] as usize;
         let mut step = (0, 0, self.order.len());
         loop {
             self.boxes[step.0].here -= 1;
             let Some((left, right)) = halves(step) else {
-                return;
+                return true;
             };
             step = if slot < left.2 { left } else { right };
         }
@@ -113,7 +135,7 @@ impl Near {
             }
             let part = &self.order[start..end];
             let holds = |&&point: &&u32| {
-                self.is_here[point as usize] && encloses(corners, self.points[point as usize])
+                self.counts[point as usize] > 0 && encloses(corners, self.points[point as usize])
             };
             let found = match is_odd {
                 true => part.iter().rev().find(holds),
@@ -200,8 +222,10 @@ mod tests {
             // At whole numbers many lie on edges and at corners.
             let coarse = if round % 2 == 0 { 8.0 } else { 1e9 };
             let mut point = || (DVec2::new(random.unit(), random.unit()) * coarse).floor();
-            let mut near = Near::new((0..count).map(|_| point()).collect());
-            for gone in 0..count as u32 {
+            let all: Vec<DVec2> = (0..count).map(|_| point()).collect();
+            let (mut near, places) = Near::new(&all);
+            for (gone, &place) in places.iter().enumerate() {
+                let left = &places[gone..];
                 for _ in 0..5 {
                     let [a, b, c] = [point(), point(), point()];
                     let corners = match turn(a, b, c) > 0.0 {
@@ -209,12 +233,15 @@ mod tests {
                         false => [a, c, b],
                     };
                     let inside = |i: &u32| encloses(corners, near.points[*i as usize]);
-                    let found = near.within(corners, gone);
-                    assert!(found.is_none_or(|i| i >= gone && inside(&i)), "{found:?}");
-                    let any = (gone..count as u32).any(|i| inside(&i));
+                    let found = near.within(corners, gone as u32);
+                    assert!(
+                        found.is_none_or(|i| left.contains(&i) && inside(&i)),
+                        "{found:?}"
+                    );
+                    let any = left.iter().any(inside);
                     assert_eq!(found.is_some(), any, "round {round}");
                 }
-                near.remove(gone);
+                assert_eq!(near.remove(place), !left[1..].contains(&place));
             }
         }
     }

@@ -120,3 +120,47 @@ fn one_accessor_used_over_and_over_is_refused() {
         "{found}"
     );
 }
+
+#[test]
+fn what_is_broken_is_left_out_and_the_rest_is_read() {
+    let bytes = floats(&ZIGZAG);
+    let scalar = ",{\"bufferView\":0,\"componentType\":5126,\"count\":2,\"type\":\"SCALAR\"}";
+    let short = ",{\"bufferView\":0,\"componentType\":5126,\"count\":1,\"type\":\"VEC3\"}";
+    let accessors = [scalar, short].concat();
+    // Normals and a target that are numbers of another shape, a target that is too short, and one that is sound.
+    let targets = ",\"targets\":[{\"POSITION\":1},{\"POSITION\":2},{\"POSITION\":0}]";
+    let json = one_mesh(5, targets, &accessors, "")
+        .replace("\"POSITION\":0}", "\"POSITION\":0,\"NORMAL\":1,\"JOINTS_0\":1,\"WEIGHTS_0\":1}")
+        .replace("{\"POSITION\":0,\"NORMAL\":1,\"JOINTS_0\":1,\"WEIGHTS_0\":1}]", "{\"POSITION\":0}]")
+        // A second primitive whose places are none.
+        .replace("]}],\n", ",{\"attributes\":{\"POSITION\":1}}]}],\n")
+        .replace(
+            "\"nodes\"",
+            "\"skins\":[{\"joints\":[0],\"inverseBindMatrices\":2}],
+            \"animations\":[{\"channels\":[{\"sampler\":0,\"target\":{\"node\":0,\"path\":\"scale\"}}],
+                \"samplers\":[{\"input\":1,\"output\":1}]}],\"nodes\"",
+        );
+    let model = read(&glb(&json, &bytes)).unwrap();
+    let told = model.warnings.sentences().join("\n");
+    assert_eq!(model.parts.len(), 1, "{told}");
+    let morph = model.parts[0].morph.as_ref().unwrap();
+    let moved = |row| {
+        morph
+            .targets
+            .set(row)
+            .iter()
+            .any(|offset| *offset != Vec3::ZERO)
+    };
+    assert_eq!([moved(0), moved(1), moved(2)], [false, false, true]);
+    for expected in [
+        "skins[0]: accessors[2]: it is Vec3 where Mat4 is needed; it holds nothing",
+        "meshes[0].primitives[0]: it is shaded flat: accessors[1]",
+        "meshes[0].primitives[0]: morph target 0 moves nothing: accessors[1]",
+        "meshes[0].primitives[0]: morph target 1 moves nothing: it has too few offsets",
+        "meshes[0].primitives[0]: nothing holds its vertices: accessors[1]",
+        "meshes[0].primitives[1]: accessors[1]: it is Scalar where Vec3 is needed; it is left out",
+        "animations[0].channels[0]: accessors[1]",
+    ] {
+        assert!(told.contains(expected), "{expected}\n{told}");
+    }
+}

@@ -154,6 +154,13 @@ fn tens_of_thousands_of_corners_are_cut_whole() {
 }
 
 #[test]
+fn a_ring_that_goes_around_and_around_is_cut() {
+    let square = [(0.0, 0.0), (1.0, 0.0), (1.0, 1.0), (0.0, 1.0)].map(DVec2::from);
+    let cut = clip(&square.repeat(10_000), std::slice::from_ref(&(0..40_000)));
+    assert!(cut.triangles.len() + cut.rest.len() <= 40_000);
+}
+
+#[test]
 fn thousands_of_holes_are_left_open() {
     let random = &mut Random(13);
     let side = 50;
