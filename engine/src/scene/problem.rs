@@ -154,24 +154,28 @@ pub(super) fn locate(raw: Vec<RawProblem>, text: &str, file: &Path) -> Vec<Probl
     let mut raw = raw;
     raw.sort_by_key(|problem| problem.place.at);
     raw.dedup();
-    raw.into_iter()
-        .map(|problem| {
-            let mut at = problem.place.at.min(text.len());
-            while !text.is_char_boundary(at) {
-                at -= 1;
-            }
-            let line = starts.partition_point(|&start| start <= at);
-            Problem {
-                file: file.to_owned(),
-                line,
-                column: text[starts[line - 1]..at].chars().count() + 1,
-                field: problem.place.field,
-                what: problem.what,
-                expected: problem.expected,
-                suggestion: problem.suggestion,
-            }
-        })
-        .collect()
+    // Where the last one was, and its column: a line may be the whole file, with thousands of problems on it.
+    let mut last = (0, 1);
+    let located = raw.into_iter().map(|problem| {
+        let mut at = problem.place.at.min(text.len());
+        while !text.is_char_boundary(at) {
+            at -= 1;
+        }
+        let line = starts.partition_point(|&start| start <= at);
+        let start = starts[line - 1];
+        let from = if last.0 >= start { last } else { (start, 1) };
+        last = (at, from.1 + text[from.0..at].chars().count());
+        Problem {
+            file: file.to_owned(),
+            line,
+            column: last.1,
+            field: problem.place.field,
+            what: problem.what,
+            expected: problem.expected,
+            suggestion: problem.suggestion,
+        }
+    });
+    located.collect()
 }
 
 /// The candidate nearest to `name` by optimal string alignment distance, if it is near enough to be meant.
@@ -258,8 +262,9 @@ mod tests {
             suggestion: None,
         };
         let text = "aé\nb";
-        let found = locate(vec![raw(4), raw(3), raw(99)], text, Path::new("f"));
+        let raws = vec![raw(4), raw(1), raw(3), raw(2), raw(99)];
+        let found = locate(raws, text, Path::new("f"));
         let places: Vec<_> = found.iter().map(|p| (p.line, p.column)).collect();
-        assert_eq!(places, [(1, 3), (2, 1), (2, 2)]);
+        assert_eq!(places, [(1, 2), (1, 2), (1, 3), (2, 1), (2, 2)]);
     }
 }

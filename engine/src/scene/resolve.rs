@@ -128,6 +128,9 @@ fn look_up(
     )
 }
 
+/// Names that are not there for which suggestions are looked for.
+const COMPARED: usize = 20;
+
 #[derive(Default)]
 struct Resolver {
     loader: Loader,
@@ -143,6 +146,8 @@ struct Resolver {
     unsaid: HashMap<MeshKey, Vec<String>>,
     /// Mesh files that could not be imported, so that each is told once a use.
     failed: HashMap<MeshKey, String>,
+    /// Names that were not there and were compared with those that are.
+    compared: usize,
     summary: Summary,
 }
 
@@ -209,8 +214,9 @@ impl Resolver {
             if let Some(material) = &entity.material
                 && !self.materials.contains(&material.value)
             {
-                let materials = self.materials.iter().cloned().collect();
-                self.unknown("material", material, materials);
+                self.unknown("material", material, |own| {
+                    own.materials.iter().cloned().collect()
+                });
             }
             match &entity.shape {
                 Some(Shape::Mesh(mesh)) => self.open_mesh(mesh, folder),
@@ -223,7 +229,13 @@ impl Resolver {
         }
     }
 
-    fn unknown(&mut self, what: &str, id: &At<String>, mut names: Vec<String>) {
+    /// Reports a name that is not there; the first few with those that are.
+    fn unknown(&mut self, what: &str, id: &At<String>, names: impl Fn(&Self) -> Vec<String>) {
+        let is_compared = self.may_compare();
+        let mut names = match is_compared {
+            true => names(self),
+            false => Vec::new(),
+        };
         names.sort();
         let suggestion = nearest(&id.value, names.iter().map(String::as_str));
         let mut list = names
@@ -235,7 +247,9 @@ impl Resolver {
         if names.len() > 12 {
             list.push_str(", ...");
         }
-        let expected = if names.is_empty() {
+        let expected = if !is_compared {
+            "one that is there".to_owned()
+        } else if names.is_empty() {
             format!("one that is there (no {what} is)")
         } else {
             format!("one of {list}")
@@ -249,10 +263,17 @@ impl Resolver {
         );
     }
 
+    /// Whether another name that is not there may be compared with all that are: with thousands of either it would take
+    /// long, and nobody reads so many suggestions.
+    fn may_compare(&mut self) -> bool {
+        self.compared += 1;
+        self.compared <= COMPARED
+    }
+
     fn known_entity(&mut self, id: &At<String>) -> bool {
         let known = self.entities.contains_key(&id.value);
         if !known {
-            self.unknown("id", id, self.entities.keys().cloned().collect());
+            self.unknown("id", id, |own| own.entities.keys().cloned().collect());
         }
         known
     }
@@ -315,10 +336,9 @@ impl Resolver {
                     format!("a file in the folder `{searched}`"),
                 )
             };
-            let nearest = if file.is_file() {
-                None
-            } else {
-                nearest_file(&file)
+            let nearest = match !file.is_file() && self.may_compare() {
+                true => nearest_file(&file),
+                false => None,
             };
             self.reader
                 .report_at(place.clone(), what, Some(expected), nearest);

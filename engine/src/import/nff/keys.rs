@@ -14,6 +14,11 @@ use super::words::Words;
 use crate::import::Warnings;
 use crate::world::{Channel, Clip, Interpolation, Track, Transform};
 
+/// Times and values that the tracks of a file may come to: keys of one name move all transforms of that name.
+const KEYS: usize = 1 << 22;
+/// What a track takes off them besides.
+const A_TRACK: usize = 16;
+
 /// All keys of one transform.
 #[derive(Debug, Default)]
 pub struct Block {
@@ -252,6 +257,7 @@ impl Stage<'_> {
             name: "animation".to_owned(),
             ..Clip::default()
         };
+        let mut room = KEYS;
         for block in std::mem::take(&mut self.blocks) {
             let Some(nodes) = self.named.get(&block.name) else {
                 let warning = format!("there are keys of `{}`, but no such transform", block.name);
@@ -262,6 +268,14 @@ impl Stage<'_> {
                 .iter()
                 .flat_map(|n| block.tracks.iter().map(move |t| (n, t)))
             {
+                let numbers = track.times.len() + track.values.len() + A_TRACK;
+                let Some(left) = room.checked_sub(numbers) else {
+                    let name = &block.name;
+                    let warning = format!("keys of `{name}` are left out: there are too many");
+                    self.model.warnings.push(warning);
+                    break;
+                };
+                room = left;
                 if let Some(node) = self.model.nodes.get_mut(target) {
                     begin(&mut node.pose, track);
                 }

@@ -17,7 +17,7 @@ impl Resolver {
         for clip in &entity.clips {
             match &clip.name {
                 Some(name) if !names.contains(&name.value) => {
-                    self.unknown("clip", name, names.clone());
+                    self.unknown("clip", name, |_| names.clone());
                 }
                 None if names.is_empty() => self.reader.report_at(
                     mesh.path.place.clone(),

@@ -41,10 +41,9 @@ impl Resolver {
         match import_pose(&path, model) {
             Ok(pose) => drop(self.poses.insert(pose_key, pose)),
             Err(why) => {
-                let nearest = if path.is_file() {
-                    None
-                } else {
-                    nearest_file(&path)
+                let nearest = match !path.is_file() && self.may_compare() {
+                    true => nearest_file(&path),
+                    false => None,
                 };
                 self.reader.report_at(
                     file.place.clone(),

@@ -65,11 +65,15 @@ impl Resolver {
                 Some(texture)
             }
             Err(why) => {
+                let suggestion = match !path.is_file() && self.may_compare() {
+                    true => nearest_file(path),
+                    false => None,
+                };
                 self.warnings.push(RawProblem {
                     place: name.place.clone(),
                     what: format!("the picture `{}` is left out: {why}", name.value),
                     expected: Some(expected.into()),
-                    suggestion: nearest_file(path).filter(|_| !path.is_file()),
+                    suggestion,
                 });
                 None
             }

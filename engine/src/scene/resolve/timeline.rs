@@ -14,8 +14,9 @@ impl Resolver {
         for track in &scene.timeline.tracks {
             if track.field.value.starts_with("material.") {
                 if !self.materials.contains(&track.target.value) {
-                    let materials = self.materials.iter().cloned().collect();
-                    self.unknown("material", &track.target, materials);
+                    self.unknown("material", &track.target, |own| {
+                        own.materials.iter().cloned().collect()
+                    });
                 }
             } else if self.known_entity(&track.target) {
                 self.has_field(scene, track.target.value.as_str(), &track.field);

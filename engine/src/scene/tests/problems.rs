@@ -352,3 +352,21 @@ fn a_missing_file_is_a_problem() {
             .starts_with("nowhere/gone.ron: the file cannot be read")
     );
 }
+
+#[test]
+fn thousands_of_names_that_are_not_there_are_told_on_one_line() {
+    let entities: String = (0..5_000)
+        .map(|i| format!("(material: \"materialnumber{i}\"),"))
+        .collect();
+    let materials: String = (0..5_000)
+        .map(|i| format!("\"materialnumbre{i}\": (),"))
+        .collect();
+    let text = format!("(version: 1, entities: [{entities}], materials: {{{materials}}})");
+    let problems = check_text(&text, Path::new("x.ron")).problems.0;
+    // No more are kept.
+    assert_eq!(problems.len(), 1_000);
+    assert!(problems[0].suggestion.is_some() && problems[999].suggestion.is_none());
+    let last = &problems[999];
+    let at = text.find("\"materialnumber999\"").unwrap();
+    assert_eq!((last.line, last.column), (1, at + 1));
+}

@@ -266,3 +266,18 @@ fn keys_move_the_camera_lights_and_transforms() {
     let warnings = model.warnings.sentences();
     assert!(warnings[0].contains("nobody"), "{warnings:?}");
 }
+
+#[test]
+fn keys_of_many_transforms_of_one_name_come_to_an_end() {
+    let rows: String = (0..3000).map(|i| format!("{i} 0 0 {i} 0 0 0\n")).collect();
+    let text = format!(
+        "{}k a {{ transl 3000\n{rows} }}",
+        "x a { s 0 0 0 1 }\n".repeat(4000)
+    );
+    let model = import(&text).unwrap();
+    let tracks = model.clips.iter().flat_map(|clip| &clip.tracks);
+    let numbers: usize = tracks.map(|track| track.values.len()).sum();
+    assert!((1..1 << 22).contains(&numbers), "{numbers}");
+    let told = model.warnings.sentences().concat();
+    assert!(told.contains("keys of `a` are left out"), "{told}");
+}
