@@ -3,7 +3,7 @@
 // Twin: answer in engine/src/trace/cpu/mod.rs.
 #import orrery::types::{HitRow, NONE, QUERY_ANY, RayRow}
 #import orrery::scene::{instances, pass_row}
-#import orrery::traverse::{Found, Probe, key_after, key_before, trace}
+#import orrery::traverse::{Found, Probe, UNTIL_ANY, UNTIL_NEAREST, key_after, key_before, trace}
 #ifdef MESHES
 #import orrery::affine::{map_point, map_vector}
 #import orrery::scene::triangles
@@ -20,7 +20,8 @@ fn intersect(@builtin(global_invocation_id) at: vec3u) {
     }
     let ray = rays[at.x];
     let any = pass_row.query == QUERY_ANY;
-    let probe = Probe(ray.origin, ray.dir, key_after(ray.t_min), key_before(ray.t_max), NONE, NONE, any);
+    let until = select(UNTIL_NEAREST, UNTIL_ANY, any);
+    let probe = Probe(ray.origin, ray.dir, key_after(ray.t_min), key_before(ray.t_max), NONE, NONE, until);
     let found = trace(probe);
     let is_hit = found.row != NONE;
     var hit = HitRow(found.key.t, found.uv.x, found.uv.y, NONE, NONE, array<u32, 3>());

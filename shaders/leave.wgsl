@@ -4,7 +4,7 @@
 #import orrery::types::{HitRow, NONE, RayRow}
 #import orrery::scene::{instances, pass_row}
 #import orrery::surface::{excluded_row, origin_towards, resolve}
-#import orrery::traverse::{Found, Probe, key_after, key_before, trace}
+#import orrery::traverse::{Found, Probe, UNTIL_NEAREST, key_after, key_before, trace}
 
 @group(2) @binding(0) var<storage, read> rays: array<RayRow>;
 @group(2) @binding(1) var<storage, read_write> hits: array<HitRow>;
@@ -16,7 +16,7 @@ fn leave(@builtin(global_invocation_id) at: vec3u) {
         return;
     }
     let first = rays[2u * at.x];
-    let arriving = Probe(first.origin, first.dir, key_after(first.t_min), key_before(first.t_max), NONE, NONE, false);
+    let arriving = Probe(first.origin, first.dir, key_after(first.t_min), key_before(first.t_max), NONE, NONE, UNTIL_NEAREST);
     let found = trace(arriving);
     hits[2u * at.x] = hit_row(found);
     hits[2u * at.x + 1u] = HitRow(0.0, 0.0, 0.0, NONE, NONE, array<u32, 3>());
@@ -28,7 +28,7 @@ fn leave(@builtin(global_invocation_id) at: vec3u) {
     let dir = out_of_frame(surface.n_geom, second.dir);
     let leaving = Probe(
         origin_towards(surface, dir), dir, key_after(second.t_min), key_before(second.t_max),
-        excluded_row(surface), surface.prim, false,
+        excluded_row(surface), surface.prim, UNTIL_NEAREST,
     );
     hits[2u * at.x + 1u] = hit_row(trace(leaving));
 }

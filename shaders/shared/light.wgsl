@@ -8,7 +8,7 @@
 #import orrery::affine::unit_or
 #import orrery::slab::FARTHEST
 #import orrery::surface::{Surface, excluded_row, origin_towards}
-#import orrery::traverse::{Probe, key_after, key_before, trace}
+#import orrery::traverse::{Probe, UNTIL_ANY, UNTIL_OPAQUE, key_after, key_before, trace}
 #import orrery::counters::shadow_rays
 #ifdef TINTED
 #import orrery::look::tint
@@ -149,10 +149,10 @@ fn shadow(
 #endif
     let beam = beam_to(light, origin);
     var probe = Probe(
-        origin, beam.dir, key_after(0.0), key_before(beam.distance), excluded_row(surface), surface.prim, true,
+        origin, beam.dir, key_after(0.0), key_before(beam.distance), excluded_row(surface), surface.prim, UNTIL_ANY,
     );
 #ifdef TRANSMISSION
-    probe.any = false;
+    probe.until = UNTIL_OPAQUE;
     var passed = vec3f(1.0);
 #ifdef ABSORPTION
     var inside = media;

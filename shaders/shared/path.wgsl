@@ -8,7 +8,7 @@
 #import orrery::affine::unit_or
 #import orrery::slab::FARTHEST
 #import orrery::surface::{Surface, excluded_row, origin_towards, resolve}
-#import orrery::traverse::{Probe, key_after, key_before, trace}
+#import orrery::traverse::{Probe, UNTIL_NEAREST, key_after, key_before, trace}
 #import orrery::light::local_light
 #ifdef TINTED
 #import orrery::appear::appear
@@ -101,7 +101,7 @@ fn radiance(camera_ray: Travel) -> vec3f {
         var goes_on = false;
         let probe = Probe(
             ray.origin, ray.dir, key_after(0.0), key_before(FARTHEST),
-            ray.start_row, ray.start_prim, false,
+            ray.start_row, ray.start_prim, UNTIL_NEAREST,
         );
         let found = trace(probe);
 #ifdef ABSORPTION

@@ -5,6 +5,10 @@
 
 #import orrery::types::{CHILD_LEAF, CHILD_NONE, InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, KIND_TORUS, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, ROOT_OF_SPHERES, TRAVERSAL_CAPACITY}
 #import orrery::scene::{instances, nodes, triangles, view}
+#ifdef TRANSMISSION
+#import orrery::scene::materials
+#import orrery::types::MATERIAL_TRANSMITS
+#endif
 #import orrery::affine::{map_point, map_vector}
 #import orrery::slab::{SlabRay, enter_children, tree_ray}
 #ifdef SPHERE_TREES
@@ -59,9 +63,16 @@ struct Probe {
     // The primitive it starts on (by instance row), which it cannot hit; a sphere answers with its other root.
     start_row: u32,
     start_prim: u32,
-    // Any hit will do.
-    any: bool,
+    // Which hit ends the search, though nearer ones may be left: UNTIL_NEAREST, UNTIL_ANY or UNTIL_OPAQUE.
+    until: u32,
 }
+
+// No hit ends the search: the nearest is found.
+const UNTIL_NEAREST: u32 = 0u;
+// Any hit ends it.
+const UNTIL_ANY: u32 = 1u;
+// A hit that lets no light through ends it, however much glass is before it: of what a shadow ray meets, that decides.
+const UNTIL_OPAQUE: u32 = 2u;
 
 // row == NONE: no hit.
 struct Found {
@@ -95,13 +106,26 @@ fn offer(probe: Probe, best: Found, candidate: Found) -> Found {
     return best;
 }
 
-// The nearest hit a probe asks for; with `any`, some hit.
+// Whether the best hit so far ends the search.
+fn ends(probe: Probe, best: Found) -> bool {
+    if probe.until == UNTIL_NEAREST || best.row == NONE {
+        return false;
+    }
+#ifdef TRANSMISSION
+    if probe.until == UNTIL_OPAQUE {
+        return (materials[instances[best.row].material].flags & MATERIAL_TRANSMITS) == 0u;
+    }
+#endif
+    return true;
+}
+
+// The nearest hit a probe asks for, or one that ends the search.
 fn trace(probe: Probe) -> Found {
     var best = Found(probe.before, NONE, NONE, vec2f(0.0));
 #ifdef PLANES
     best = trace_planes(probe, best);
 #endif
-    if view.root == NONE || (probe.any && best.row != NONE) {
+    if view.root == NONE || ends(probe, best) {
         return best;
     }
     return trace_trees(probe, best);
@@ -187,7 +211,7 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
 #else
             best = offer_solid(probe, best, first);
 #endif
-            if probe.any && best.row != NONE {
+            if ends(probe, best) {
                 return best;
             }
         }

@@ -291,6 +291,25 @@ pub trait Tracer: Send + Sync {
     /// See [`TraceError`].
     fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError>;
 
+    /// Milliseconds that [`Tracer::intersect`] takes where rays are traced, run after run: on a GPU of the kernel alone, by
+    /// the device's timestamps, without the rays' way there and back.
+    ///
+    /// # Errors
+    /// See [`TraceError`].
+    fn time_rays(
+        &mut self,
+        rays: &[Ray],
+        query: Query,
+        runs: usize,
+    ) -> Result<Vec<f64>, TraceError> {
+        let timed = |_| {
+            let start = std::time::Instant::now();
+            self.intersect(rays, query)?;
+            Ok(start.elapsed().as_secs_f64() * 1e3)
+        };
+        (0..runs).map(timed).collect()
+    }
+
     /// A level of the trees of the uploaded frame: of all of them, or alone of the mesh that this row of
     /// `FrameScene::instances` shows if it shows one. At most `most` volumes, those that look largest; none: a tracer that
     /// keeps trees of another kind.

@@ -31,19 +31,11 @@ pub fn run(folder: &Path, request: &BenchRequest, common: &Common) -> Result<(),
     tracer.refit(&work.frame)?;
     tracer.upload(&work.frame, settings)?;
     let sets = rays::trace(&work, scene, settings.size, tracer.as_mut())?;
-    let out = Folder::make(folder)?;
-    out.write_work(&work)?;
-    for set in &sets {
-        out.write_rays(set)?;
-    }
     let name = request
         .scene
         .file_stem()
         .map_or("scene".into(), |stem| stem.to_string_lossy());
-    out.write(
-        "manifest.json",
-        &manifest(&name, settings.size, &work, &sets),
-    )?;
+    write(folder, &name, settings.size, &work, &sets)?;
     let triangles: usize = work.meshes.iter().map(|m| m.triangles.len()).sum();
     let rays: usize = sets.iter().map(|set| set.rays.len()).sum();
     say(format_args!(
@@ -57,11 +49,25 @@ pub fn run(folder: &Path, request: &BenchRequest, common: &Common) -> Result<(),
     Ok(())
 }
 
-/// Writes geometry alone: for timing builds, updates and refits.
-pub fn write_geometry(folder: &Path, name: &str, work: &Work) -> Result<(), Failure> {
+/// Writes geometry, and rays with their hits.
+pub fn write(
+    folder: &Path,
+    name: &str,
+    size: UVec2,
+    work: &Work,
+    sets: &[RaySet],
+) -> Result<(), Failure> {
     let out = Folder::make(folder)?;
     out.write_work(work)?;
-    out.write("manifest.json", &manifest(name, UVec2::ONE, work, &[]))
+    for set in sets {
+        out.write_rays(set)?;
+    }
+    out.write("manifest.json", &manifest(name, size, work, sets))
+}
+
+/// Writes geometry alone: for timing builds, updates and refits.
+pub fn write_geometry(folder: &Path, name: &str, work: &Work) -> Result<(), Failure> {
+    write(folder, name, UVec2::ONE, work, &[])
 }
 
 /// What is in which file.

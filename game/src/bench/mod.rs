@@ -18,6 +18,7 @@ mod stability;
 mod start;
 mod structures;
 mod timing;
+mod trace;
 mod walk;
 mod work;
 
@@ -46,6 +47,13 @@ const ALL: [Benchmark; 9] = [
         run: frame::run,
         must: |_| false,
         takes: &["--dump"],
+    },
+    Benchmark {
+        name: "trace",
+        about: "rays by kind and whole frames, from a few mirrors to 10,000 instances; rays and hits for rivals",
+        run: trace::run,
+        must: |_| false,
+        takes: &["--dump", "--files", "--suite", "--small"],
     },
     Benchmark {
         name: "motion",

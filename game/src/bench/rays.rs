@@ -15,6 +15,7 @@ use super::work::Work;
 const LIFT: f64 = 1e-5;
 
 /// Rays of one kind and what they met.
+#[derive(Clone)]
 pub struct RaySet {
     /// What they are for.
     pub kind: &'static str,
@@ -82,7 +83,7 @@ pub fn primary_rays(view: &View, size: UVec2) -> Vec<Ray> {
 }
 
 /// A ray without an end; `dir` of any length.
-fn ray(origin: DVec3, dir: DVec3) -> Ray {
+pub fn ray(origin: DVec3, dir: DVec3) -> Ray {
     Ray {
         origin: origin.as_vec3(),
         dir: dir.normalize().as_vec3(),
@@ -154,7 +155,7 @@ fn transmits(material: &Material) -> bool {
 }
 
 /// Unit geometric normal at a hit, away from the inside of closed shapes.
-fn outward_normal(work: &Work, hit: &Hit, point: DVec3) -> DVec3 {
+pub fn outward_normal(work: &Work, hit: &Hit, point: DVec3) -> DVec3 {
     let instance = &work.frame.instances[hit.instance as usize];
     let normal = match instance.shape {
         Shape::Mesh(mesh) => {

@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use glam::{DAffine3, DMat3, DVec3, Vec3};
 use orrery_engine::frame::{Features, FrameScene, Instance, Shape, View};
-use orrery_engine::world::{Cone, MeshData};
+use orrery_engine::world::{Cone, Material, MeshData};
 
 /// A mesh in object space.
 pub struct WorkMesh {
@@ -75,6 +75,34 @@ impl Work {
             }
         }
         builder.finish(scene, &spheres)
+    }
+
+    /// Instances of meshes that all wear one material, relative to the eye.
+    pub fn of_meshes(
+        meshes: Vec<WorkMesh>,
+        instances: Vec<(u32, DAffine3)>,
+        view: View,
+        material: Material,
+    ) -> Result<Self, String> {
+        let none = instances
+            .iter()
+            .find(|(mesh, _)| *mesh as usize >= meshes.len());
+        if let Some((mesh, _)) = none {
+            return Err(format!(
+                "an instance is of mesh {mesh}; there are {}",
+                meshes.len()
+            ));
+        }
+        let mut scene = FrameScene {
+            view,
+            ..FrameScene::default()
+        };
+        scene.materials.push(material);
+        let mut builder = Builder::new(&scene);
+        builder.materials = vec![0; instances.len()];
+        builder.work.meshes = meshes;
+        builder.work.instances = instances;
+        builder.finish(&scene, &[])
     }
 }
 

@@ -8,7 +8,7 @@ use glam::Vec3;
 use super::look::tint;
 use super::media::Media;
 use super::surface::Surface;
-use super::traverse::{Key, Probe, Stack, trace};
+use super::traverse::{AnyHit, Key, Opaque, Probe, Stack, trace};
 use crate::frame::wire::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow, MATERIAL_TRANSMITS};
 use crate::trace::{Counters, PackedScene};
 use crate::world::Fade;
@@ -147,12 +147,12 @@ fn shadow(
         start,
     };
     if !scene.transparent {
-        let lit = trace::<true>(scene, &probe, stack).is_none();
+        let lit = trace::<AnyHit>(scene, &probe, stack).is_none();
         return Vec3::splat(f32::from(u8::from(lit)));
     }
     let mut passed = Vec3::ONE;
     let (mut inside, mut behind) = (*media, 0.0);
-    while let Some(found) = trace::<false>(scene, &probe, stack) {
+    while let Some(found) = trace::<Opaque>(scene, &probe, stack) {
         let row = &scene.instances()[found.key.id as usize];
         let material = &scene.materials[row.material as usize];
         if material.flags & MATERIAL_TRANSMITS == 0 {

@@ -24,7 +24,7 @@ use rayon::prelude::*;
 
 use self::canvas::Canvas;
 use self::surface::resolve;
-use self::traverse::{Found, Key, Probe, Stack, Start, trace};
+use self::traverse::{AnyHit, Found, Key, Nearest, Probe, Stack, Start, trace};
 use super::gpu::Kernel;
 use super::progress::{Due, Progress, is_adaptive};
 use super::{
@@ -193,9 +193,9 @@ fn hit_of(found: &Found) -> Hit {
 fn answer(scene: &PackedScene, ray: &Ray, query: Query, stack: &mut Stack) -> Hit {
     let probe = probe_of(ray);
     if query == Query::Any {
-        return Hit::any(trace::<true>(scene, &probe, stack).is_some());
+        return Hit::any(trace::<AnyHit>(scene, &probe, stack).is_some());
     }
-    trace::<false>(scene, &probe, stack).map_or(Hit::MISS, |found| hit_of(&found))
+    trace::<Nearest>(scene, &probe, stack).map_or(Hit::MISS, |found| hit_of(&found))
 }
 
 /// [`Query::Leave`] of a pair.
@@ -203,7 +203,7 @@ fn leave(scene: &PackedScene, pair: &[Ray], stack: &mut Stack) -> [Hit; 2] {
     let [arriving, leaving] = pair else {
         return [Hit::MISS; 2];
     };
-    let Some(found) = trace::<false>(scene, &probe_of(arriving), stack) else {
+    let Some(found) = trace::<Nearest>(scene, &probe_of(arriving), stack) else {
         return [Hit::MISS; 2];
     };
     let surface = resolve(scene, &found, arriving.origin, arriving.dir);
@@ -215,7 +215,7 @@ fn leave(scene: &PackedScene, pair: &[Ray], stack: &mut Stack) -> [Hit; 2] {
         start,
         ..probe_of(leaving)
     };
-    let next = trace::<false>(scene, &probe, stack);
+    let next = trace::<Nearest>(scene, &probe, stack);
     [
         hit_of(&found),
         next.map_or(Hit::MISS, |found| hit_of(&found)),

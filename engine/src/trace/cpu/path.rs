@@ -10,7 +10,7 @@ use super::look::appear;
 use super::media::Media;
 use super::sky::sky;
 use super::surface::{Surface, resolve};
-use super::traverse::{Key, Probe, Stack, Start, trace};
+use super::traverse::{Key, Nearest, Probe, Stack, Start, trace};
 use crate::frame::wire::{
     MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, PROJECTION_PERSPECTIVE,
     STRAIGHT_CAPACITY, ViewRow,
@@ -103,7 +103,7 @@ pub fn radiance(
             before: Key::before(f32::MAX),
             start: ray.start,
         };
-        let found = trace::<false>(scene, &probe, &mut scratch.stack);
+        let found = trace::<Nearest>(scene, &probe, &mut scratch.stack);
         if scene.absorbs {
             let length = found.map_or(f32::MAX, |found| found.key.t);
             ray.weight *= ray.media.left_after(scene, length);

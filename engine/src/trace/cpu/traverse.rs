@@ -2,6 +2,8 @@
 //!
 //! Twin of `shaders/shared/traverse.wgsl`.
 
+use std::marker::PhantomData;
+
 use glam::{Vec3, Vec4};
 
 use super::enter::{enter_bare_boxes, enter_boxes, enter_spheres};
@@ -9,7 +11,7 @@ use super::look::Cutout;
 use crate::bvh::{Child, Node4, TRAVERSAL_CAPACITY};
 use crate::frame::wire::{
     CONE_OPEN, InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH,
-    KIND_SPHERE, KIND_TORUS, NONE, ROOT_OF_SPHERES,
+    KIND_SPHERE, KIND_TORUS, MATERIAL_TRANSMITS, NONE, ROOT_OF_SPHERES,
 };
 use crate::frame::{BoxTest, TriangleTest};
 use crate::geom::{
@@ -107,13 +109,42 @@ impl Default for Stack {
     }
 }
 
-/// The nearest hit a probe asks for; with `ANY`, some hit.
-pub fn trace<const ANY: bool>(
-    scene: &PackedScene,
-    probe: &Probe,
-    stack: &mut Stack,
-) -> Option<Found> {
-    let mut search = Search::<ANY> {
+/// What a search is for: which hit ends it, though nearer ones may be left.
+pub trait Until {
+    /// Whether this hit, the best so far, ends the search.
+    fn ends(scene: &PackedScene, hit: Key) -> bool;
+}
+
+/// No hit ends the search: the nearest is found.
+pub struct Nearest;
+/// Any hit ends it.
+pub struct AnyHit;
+/// A hit that lets no light through ends it, however much glass is before it: of what a shadow ray meets, that decides.
+pub struct Opaque;
+
+impl Until for Nearest {
+    fn ends(_: &PackedScene, _: Key) -> bool {
+        false
+    }
+}
+
+impl Until for AnyHit {
+    fn ends(_: &PackedScene, _: Key) -> bool {
+        true
+    }
+}
+
+impl Until for Opaque {
+    fn ends(scene: &PackedScene, hit: Key) -> bool {
+        let material = scene.instances()[hit.id as usize].material;
+        scene.materials[material as usize].flags & MATERIAL_TRANSMITS == 0
+    }
+}
+
+/// The nearest hit a probe asks for, or one that ends the search.
+pub fn trace<U: Until>(scene: &PackedScene, probe: &Probe, stack: &mut Stack) -> Option<Found> {
+    let mut search = Search::<U> {
+        purpose: PhantomData,
         scene,
         probe,
         best: Found {
@@ -130,7 +161,8 @@ pub fn trace<const ANY: bool>(
     (found || search.is_hit).then_some(search.best)
 }
 
-struct Search<'a, const ANY: bool> {
+struct Search<'a, U> {
+    purpose: PhantomData<U>,
     scene: &'a PackedScene,
     probe: &'a Probe,
     /// The best hit so far, or the bound it must be before.
@@ -138,7 +170,7 @@ struct Search<'a, const ANY: bool> {
     is_hit: bool,
 }
 
-impl<const ANY: bool> Search<'_, ANY> {
+impl<U: Until> Search<'_, U> {
     /// Takes a candidate if it is in range and the best so far; true: the search is over.
     #[inline]
     fn offer(&mut self, key: Key, triangle: u32, uv: [f32; 2]) -> bool {
@@ -147,7 +179,7 @@ impl<const ANY: bool> Search<'_, ANY> {
         }
         self.best = Found { key, triangle, uv };
         self.is_hit = true;
-        ANY
+        U::ends(self.scene, key)
     }
 
     fn planes(&mut self) -> bool {
@@ -321,12 +353,12 @@ impl<const ANY: bool> Search<'_, ANY> {
 
 /// Visits the leaves a ray may have a hit in, nearest box first; `leaf` gets first and count and says
 /// whether the search is over.
-fn walk<'s, const ANY: bool>(
+fn walk<'s, U: Until>(
     nodes: &[Node4],
     enter: impl Fn(&Node4, (f32, f32)) -> (Vec4, u32),
-    search: &mut Search<'s, ANY>,
+    search: &mut Search<'s, U>,
     stack: &mut Stack,
-    leaf: impl Fn(&mut Search<'s, ANY>, &mut Stack, u32, u32) -> bool,
+    leaf: impl Fn(&mut Search<'s, U>, &mut Stack, u32, u32) -> bool,
 ) -> bool {
     let base = stack.len;
     let mut next = Some(Child::Node(0).encode());

@@ -9,6 +9,7 @@ mod canvas;
 mod context;
 mod layout;
 mod pipelines;
+mod rate;
 mod rays;
 mod readback;
 mod report;

@@ -86,10 +86,7 @@ impl GpuTracer {
         query: Query,
     ) -> Result<Vec<Hit>, TraceError> {
         let special = self.special.ok_or_else(nothing_uploaded)?;
-        let kernel = match query {
-            Query::Closest | Query::Any => Kernel::Intersect,
-            Query::Leave => Kernel::Leave,
-        };
+        let kernel = kernel_of(query);
         let pipeline = self
             .pipelines
             .get(&self.gpu, &self.layouts, kernel, special)?;
@@ -229,7 +226,16 @@ impl GpuTracer {
     }
 }
 
-fn ray_row(ray: &Ray) -> RayRow {
+/// What answers a query.
+pub fn kernel_of(query: Query) -> Kernel {
+    match query {
+        Query::Closest | Query::Any => Kernel::Intersect,
+        Query::Leave => Kernel::Leave,
+    }
+}
+
+/// A ray as the kernels read it.
+pub fn ray_row(ray: &Ray) -> RayRow {
     RayRow {
         origin: ray.origin.to_array(),
         t_min: ray.t_min.max(-FARTHEST),

@@ -318,6 +318,15 @@ impl Tracer for GpuTracer {
         self.answer_rays(rays, query)
     }
 
+    fn time_rays(
+        &mut self,
+        rays: &[Ray],
+        query: Query,
+        runs: usize,
+    ) -> Result<Vec<f64>, TraceError> {
+        self.time_on_device(rays, query, runs)
+    }
+
     fn hierarchy(&self, level: Level, alone: Option<u32>, most: usize) -> Option<Hierarchy> {
         Some(self.packed.hierarchy(level, alone, most))
     }

@@ -1,0 +1,294 @@
+//! The benchmark `trace`: rays by kind and whole frames, on scenes from a few mirrors to ten thousand instances.
+//!
+//! Rays by kind are timed alone, where they lie (on a GPU by its own timestamps), and can be dumped for rivals. Whole
+//! frames are the picture's kernel: the same rays, shading included.
+
+mod kinds;
+mod stage;
+
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use glam::UVec2;
+use orrery_engine::frame::TraceSettings;
+use orrery_engine::trace::{Backend, Query, Tracer};
+
+use super::dump;
+use super::frame::backends;
+use super::rays::RaySet;
+use super::report::{Better, Report, Row};
+use crate::args::{BackendChoice, BenchRequest, Common};
+use crate::device;
+use crate::failure::Failure;
+use crate::output::{note, progress};
+use crate::stage::traced;
+
+use kinds::WHOLE_FRAME;
+use stage::Stage;
+
+/// Folders of dumped scenes.
+const DUMPED: [&str; 5] = ["hall_s", "hall_l", "terrain", "inst_1k", "inst_10k"];
+/// Models beside them.
+const MODELS: [&str; 4] = [
+    "balls_s4.nff",
+    "gears_s4.nff",
+    "mount_s6.nff",
+    "tetra_s6.nff",
+];
+/// Scenes that come along.
+const SCENES: [&str; 4] = ["mirrors_21", "spheres_36", "polygons_35", "demo"];
+const SIZES: [UVec2; 2] = [UVec2::new(1920, 1080), UVec2::new(1024, 768)];
+/// Of a short run.
+const SMALL_SIZE: UVec2 = UVec2::new(96, 54);
+/// Clocks rise with work.
+const WARM_UP: Duration = Duration::from_millis(250);
+/// Rays of each kind that the reference answers too.
+const CHECKED: usize = 20_000;
+/// Frame of scenes in motion.
+const FRAME: u64 = 30;
+
+/// Traces every scene that is there on every chosen backend.
+pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
+    let mut rows = Vec::new();
+    let mut tracers: Vec<Box<dyn Tracer>> = Vec::new();
+    for choice in backends(common) {
+        tracers.push(device::open_choice(choice, common)?);
+    }
+    let devices: Vec<String> = tracers.iter().map(|tracer| tracer.device()).collect();
+    let mut reference = device::open_choice(BackendChoice::Reference, common)?;
+    let sizes = match (common.size, request.small) {
+        (Some(size), _) => vec![size],
+        (None, true) => vec![SMALL_SIZE],
+        (None, false) => SIZES.to_vec(),
+    };
+    let scenes = scenes(request);
+    let bar = progress((scenes.len() * tracers.len()) as u64, "trace");
+    for path in scenes {
+        bar.set_message(
+            path.file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned(),
+        );
+        let stage = match path.is_dir() {
+            true => Stage::of_dump(&path)?,
+            false => Stage::of_scene(&path, FRAME, sizes[0], common)?,
+        };
+        for tracer in &mut tracers {
+            let run = Run {
+                stage: &stage,
+                request,
+                common,
+            };
+            rows.extend(run.kinds(sizes[0], tracer.as_mut(), reference.as_mut())?);
+            for &size in &sizes {
+                rows.push(run.whole(size, tracer.as_mut())?);
+            }
+            bar.inc(1);
+        }
+    }
+    bar.finish_and_clear();
+    Ok(Report {
+        rows,
+        remarks: vec![format!(
+            "rays by kind of {}x{} pixels, in tiles of 8 x 8; `rays`: primary, shadow, mirrored, shadow, together; `whole`: the picture's kernel",
+            sizes[0].x, sizes[0].y
+        )],
+        ..Report::new("trace", &devices)
+    })
+}
+
+/// What there is to trace.
+fn scenes(request: &BenchRequest) -> Vec<PathBuf> {
+    let mut scenes = Vec::new();
+    if let Some(folder) = &request.files {
+        for name in DUMPED.iter().chain(&MODELS) {
+            let path = folder.join(name);
+            match path.exists() {
+                true => scenes.push(path),
+                false => note(format_args!(
+                    "note: {} is not there; it is skipped",
+                    path.display()
+                )),
+            }
+        }
+    }
+    scenes.extend(SCENES.iter().map(PathBuf::from));
+    if !request.suite.is_empty() {
+        let stem = |path: &Path| {
+            path.file_stem()
+                .unwrap_or_default()
+                .to_string_lossy()
+                .into_owned()
+        };
+        scenes.retain(|path| request.suite.contains(&stem(path)));
+    }
+    scenes
+}
+
+/// A scene under measurement.
+struct Run<'a> {
+    stage: &'a Stage,
+    request: &'a BenchRequest,
+    common: &'a Common,
+}
+
+impl Run<'_> {
+    /// Rays of every kind, one kind after the other, over and over.
+    fn kinds(
+        &self,
+        size: UVec2,
+        tracer: &mut dyn Tracer,
+        reference: &mut dyn Tracer,
+    ) -> Result<Vec<Row>, Failure> {
+        let settings = TraceSettings {
+            size,
+            ..crate::stage::settings(self.common, size)
+        };
+        let frame = &self.stage.work.frame;
+        tracer.refit(frame)?;
+        tracer.upload(frame, &settings)?;
+        reference.refit(frame)?;
+        reference.upload(frame, &settings)?;
+        let sets = kinds::trace(self.stage, size, tracer)?;
+        if let Some(folder) = &self.request.dump
+            && tracer.backend() != Backend::Reference
+        {
+            dump::write(
+                &folder.join(&self.stage.name),
+                &self.stage.name,
+                size,
+                &self.stage.work,
+                &in_rows(size, &sets),
+            )?;
+        }
+        let name = format!("{}.{}", self.stage.name, tracer.backend());
+        let mut rows = Vec::new();
+        let mut whole = vec![0.0; self.samples()];
+        let mut count = 0;
+        for set in sets.iter().filter(|set| !set.rays.is_empty()) {
+            let begun = Instant::now();
+            while begun.elapsed() < self.warm_up() {
+                tracer.time_rays(&set.rays, set.query, 8)?;
+            }
+            let millis = tracer.time_rays(&set.rays, set.query, self.samples())?;
+            if WHOLE_FRAME.contains(&set.kind) {
+                whole
+                    .iter_mut()
+                    .zip(&millis)
+                    .for_each(|(sum, millis)| *sum += millis);
+                count += set.rays.len();
+            }
+            rows.extend(kind_rows(&format!("{name}.{}", set.kind), set, &millis));
+            rows.push(self.flips(&format!("{name}.{}", set.kind), set, reference)?);
+        }
+        rows.push(Row::sampled(
+            format!("{name}.rays"),
+            "ms",
+            Better::Lower,
+            &whole,
+        ));
+        let rates: Vec<f64> = whole
+            .iter()
+            .map(|millis| count as f64 / millis * 1e-3)
+            .collect();
+        rows.push(Row::sampled(
+            format!("{name}.rays.rate"),
+            "Mrays/s",
+            Better::Higher,
+            &rates,
+        ));
+        Ok(rows)
+    }
+
+    /// Of rays that the reference answers too, how many hit where it misses or miss where it hits, per million.
+    fn flips(&self, name: &str, set: &RaySet, reference: &mut dyn Tracer) -> Result<Row, Failure> {
+        let step = (set.rays.len() / CHECKED).max(1);
+        let rays: Vec<_> = set.rays.iter().copied().step_by(step).collect();
+        let truth = reference.intersect(&rays, set.query)?;
+        let pairs = truth.iter().zip(set.hits.iter().step_by(step));
+        let flips = pairs
+            .filter(|(a, b)| a.t.is_finite() != b.t.is_finite())
+            .count();
+        Ok(Row::single(
+            format!("{name}.flips"),
+            "ppm",
+            Better::Lower,
+            flips as f64 / rays.len().max(1) as f64 * 1e6,
+        ))
+    }
+
+    /// The picture's kernel, shading included. Two frames in turn, since an unchanged one is not traced again.
+    fn whole(&self, size: UVec2, tracer: &mut dyn Tracer) -> Result<Row, Failure> {
+        let settings = TraceSettings {
+            size,
+            ..crate::stage::settings(self.common, size)
+        };
+        let mut other = self.stage.frame.clone();
+        other.background.horizon += glam::Vec3::splat(1e-6);
+        let frames = [&other, &self.stage.frame];
+        let mut millis = Vec::new();
+        let begun = Instant::now();
+        let mut turn = 0;
+        while millis.len() < self.samples() {
+            let is_warm = begun.elapsed() >= self.warm_up();
+            traced(tracer, frames[turn % 2], &settings)?;
+            turn += 1;
+            let passes = tracer.pass_times();
+            let pass = passes.iter().find(|pass| pass.name == "whitted");
+            if let (true, Some(pass)) = (is_warm, pass) {
+                millis.push(pass.millis);
+            }
+        }
+        let name = format!(
+            "{}.{}.whole.{}x{}",
+            self.stage.name,
+            tracer.backend(),
+            size.x,
+            size.y
+        );
+        Ok(Row::sampled(name, "ms", Better::Lower, &millis))
+    }
+
+    fn samples(&self) -> usize {
+        if self.request.small { 4 } else { 40 }
+    }
+
+    fn warm_up(&self) -> Duration {
+        if self.request.small {
+            Duration::ZERO
+        } else {
+            WARM_UP
+        }
+    }
+}
+
+fn kind_rows(name: &str, set: &RaySet, millis: &[f64]) -> Vec<Row> {
+    let rates: Vec<f64> = millis
+        .iter()
+        .map(|millis| set.rays.len() as f64 / millis * 1e-3)
+        .collect();
+    let hits = set.hits.iter().filter(|hit| match set.query {
+        Query::Any => hit.instance == 1,
+        Query::Closest | Query::Leave => hit.instance != u32::MAX,
+    });
+    let rate = hits.count() as f64 / set.rays.len() as f64 * 100.0;
+    vec![
+        Row::sampled(name, "ms", Better::Lower, millis),
+        Row::sampled(format!("{name}.rate"), "Mrays/s", Better::Higher, &rates),
+        Row::single(format!("{name}.hit_rate"), "%", Better::Higher, rate),
+    ]
+}
+
+/// The same sets with primary rays in rows of pixels, as the dump format has them.
+fn in_rows(size: UVec2, sets: &[RaySet]) -> Vec<RaySet> {
+    let mut sets: Vec<RaySet> = sets.to_vec();
+    if let Some(primary) = sets.first_mut() {
+        let tiled = primary.clone();
+        for (i, pixel) in kinds::tiles(size).enumerate() {
+            primary.rays[pixel] = tiled.rays[i];
+            primary.hits[pixel] = tiled.hits[i];
+        }
+    }
+    sets
+}
