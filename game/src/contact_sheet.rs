@@ -3,19 +3,19 @@
 use glam::{UVec2, Vec3};
 use orrery_engine::trace::Picture;
 
-/// Small pictures across.
-const COLUMNS: u32 = 4;
+/// Small pictures across, where they are moments of one scene.
+pub const MOMENTS: u32 = 4;
 /// Dark pixels between them.
 const GAP: u32 = 4;
 
-/// Lays the pictures out in rows from the top left; all have the size of the first.
-pub fn contact_sheet(pictures: &[Picture]) -> Picture {
+/// Lays the pictures out in rows of so many from the top left; all have the size of the first.
+pub fn contact_sheet(pictures: &[Picture], columns: u32) -> Picture {
     let size = pictures.first().map_or(UVec2::ONE, |first| first.size);
-    let rows = (pictures.len() as u32).div_ceil(COLUMNS).max(1);
+    let rows = (pictures.len() as u32).div_ceil(columns).max(1);
     let cell = size + GAP;
-    let mut sheet = Picture::new(UVec2::new(COLUMNS, rows) * cell + GAP);
+    let mut sheet = Picture::new(UVec2::new(columns, rows) * cell + GAP);
     for (number, picture) in (0..).zip(pictures) {
-        let corner = UVec2::new(number % COLUMNS, number / COLUMNS) * cell + GAP;
+        let corner = UVec2::new(number % columns, number / columns) * cell + GAP;
         for y in 0..size.y.min(picture.size.y) {
             let from = (y * picture.size.x) as usize;
             let to = ((corner.y + y) * sheet.size.x + corner.x) as usize;
@@ -53,7 +53,7 @@ mod tests {
     fn pictures_lie_side_by_side() {
         let mut picture = Picture::new(UVec2::new(3, 2));
         picture.pixels.fill(Vec3::ONE);
-        let sheet = contact_sheet(&vec![picture; 5]);
+        let sheet = contact_sheet(&vec![picture; 5], MOMENTS);
         assert_eq!(sheet.size, UVec2::new(4 * 7 + 4, 2 * 6 + 4));
         let lit = sheet.pixels.iter().filter(|p| **p == Vec3::ONE).count();
         assert_eq!(lit, 5 * 6);

@@ -11,7 +11,7 @@ use orrery_engine::time::Time;
 use orrery_engine::trace::Picture;
 
 use crate::args::Common;
-use crate::contact_sheet::{contact_sheet, halved};
+use crate::contact_sheet::{MOMENTS, contact_sheet, halved};
 use crate::defects::Defects;
 use crate::failure::Failure;
 use crate::output::{progress, say};
@@ -77,7 +77,7 @@ pub fn run(scene: &Path, common: &Common) -> Result<(), Failure> {
         last = begun.elapsed();
     }
     let sheet = Path::new(FOLDER).join("contact_sheet.png");
-    write(&engine, &sheet, &contact_sheet(&small))?;
+    write(&engine, &sheet, &contact_sheet(&small, MOMENTS))?;
     if done < count {
         bar.abandon();
         say(format_args!("stopped after {done} of {count} pictures"));

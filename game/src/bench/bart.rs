@@ -16,7 +16,7 @@ use super::frame::backends;
 use super::report::{Better, Report, Row};
 use crate::args::{BackendChoice, BenchRequest, Common};
 use crate::assets::is_there;
-use crate::contact_sheet::{contact_sheet, halved};
+use crate::contact_sheet::{MOMENTS, contact_sheet, halved};
 use crate::defects::Defects;
 use crate::failure::Failure;
 use crate::output::progress;
@@ -168,7 +168,7 @@ impl Play<'_> {
             let view = stage::view(&engine);
             write_png8(
                 &path,
-                &contact_sheet(&run.sheet),
+                &contact_sheet(&run.sheet, MOMENTS),
                 view.exposure,
                 view.tone_map,
             )

@@ -104,12 +104,15 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
             bar.inc(1);
         }
         if request.report.is_some() {
-            sheet.extend(authors_picture(&folder, scene));
+            let nothing = || Picture::new(settings.size);
+            sheet.push(authors_picture(&folder, scene).unwrap_or_else(nothing));
         }
     }
     bar.finish_and_clear();
     if let Some(report) = &request.report {
-        write(&report.join("spd.png"), &contact_sheet(&sheet))?;
+        // A scene a row: each tracer's picture, and the author's.
+        let columns = tracers.len() as u32 + 1;
+        write(&report.join("spd.png"), &contact_sheet(&sheet, columns))?;
     }
     Ok(Report {
         rows,
