@@ -40,7 +40,7 @@ struct Benchmark {
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 9] = [
+const ALL: [Benchmark; 10] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
