@@ -8,13 +8,15 @@ use std::path::{Path, PathBuf};
 use orrery_engine::Engine;
 
 /// For each module of the engine, the modules it may name besides itself and those of [`LOOP`].
-const MAY_IMPORT: [(&str, &[&str]); 13] = [
+const MAY_IMPORT: [(&str, &[&str]); 14] = [
     ("geom", &[]),
-    ("world", &[]),
-    ("bvh", &["geom"]),
+    ("pod", &[]),
+    ("bvh", &["geom", "pod"]),
+    // A mesh may bring its tree along.
+    ("world", &["bvh", "geom", "pod"]),
     ("frame", &["bvh", "geom", "world"]),
     ("trace", &["bvh", "frame", "geom", "world"]),
-    ("import", &["world"]),
+    ("import", &["bvh", "pod", "world"]),
     ("scene", &["import", "world"]),
     ("present", &["frame", "trace", "world"]),
     ("profile", &["trace"]),

@@ -19,6 +19,7 @@ mod syntax;
 mod timeline;
 mod writer;
 
+pub use crate::import::{Loader, Progress};
 pub use problem::{LoadReport, Place, Problem, Problems, Report, Summary, edit_distance};
 pub use reader::{Fields, Reader, Schema};
 pub use save::{describe, save};
@@ -33,7 +34,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::reflect::AppTypeRegistry;
 
 use crate::app::Engine;
-use crate::import::{self, Loader};
+use crate::import;
 use crate::schedule::FrameSet;
 
 /// Largest scene file that is read, bytes: a mesh belongs into a file of its own.

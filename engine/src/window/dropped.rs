@@ -9,8 +9,7 @@ use std::thread;
 use bevy_ecs::prelude::*;
 
 use crate::editor::{EditorState, Notices};
-use crate::import::{Loader, Progress};
-use crate::scene::{self, Prepared, Problems};
+use crate::scene::{self, Loader, Prepared, Problems, Progress};
 use crate::time::Time;
 
 /// Sentences shown at once.
