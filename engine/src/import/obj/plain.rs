@@ -10,6 +10,9 @@ use crate::import::Warnings;
 /// Material files that are read of one model.
 const MATERIAL_FILES: usize = 100;
 
+/// Behind the normals of a text that has any, for faces whose own are not there.
+const NO_NORMAL: &str = "vn 0 0 0\n";
+
 /// A line of a text, those that a backslash continues joined to it.
 struct Line {
     number: usize,
@@ -69,6 +72,9 @@ pub fn plain(text: &str, warnings: &mut Warnings) -> String {
             warnings.push(format!("line {}: {what}", line.number));
         }
     }
+    if all.normals > 0 {
+        plain.push_str(NO_NORMAL);
+    }
     let mut so_far = Counts::default();
     let mut libraries = HashSet::new();
     for line in lines(text) {
@@ -78,7 +84,12 @@ pub fn plain(text: &str, warnings: &mut Warnings) -> String {
                 so_far.count(key, rest);
             }
             "f" => match face(rest, &so_far, &all) {
-                Ok(face) => plain.push_str(&face),
+                Ok((face, without)) => {
+                    plain.push_str(&face);
+                    if let Some(why) = without {
+                        warnings.push(format!("line {}: {why}: left out of the face", line.number));
+                    }
+                }
                 Err(why) => {
                     warnings.push(format!("line {}: a face is left out: {why}", line.number));
                 }
@@ -136,34 +147,44 @@ impl Counts {
     }
 }
 
-/// A face by the file's own numbers from 1 on.
-fn face(rest: &str, so_far: &Counts, all: &Counts) -> Result<String, String> {
-    let mut face = String::from("f");
-    let mut corners = 0;
+/// A face by the file's own numbers from 1 on, and what it has to do without: texture coordinates or normals that are not
+/// there are left out of all its corners.
+fn face(rest: &str, so_far: &Counts, all: &Counts) -> Result<(String, Option<String>), String> {
+    let mut corners = Vec::new();
+    let (mut no_uvs, mut no_normals) = (None, None);
     for word in rest.split_whitespace() {
         let mut parts = word.split('/');
         let mut index = |before: usize, there: usize, what: &str| match parts.next() {
             None | Some("") => Ok(None),
             Some(number) => index_of(number, before, there)
                 .map(Some)
-                .ok_or_else(|| format!("there is no {what} {number}, there are {there}")),
+                .ok_or_else(|| format!("there is no {what} {}, there are {there}", short(number))),
         };
         let vertex = index(so_far.vertices.len(), all.vertices.len(), "vertex")?;
         let vertex = vertex.ok_or_else(|| format!("`{}` is no corner", short(word)))?;
         if !all.vertices[vertex - 1] {
             return Err(format!("vertex {vertex} is not three finite numbers"));
         }
-        let uv = index(so_far.uvs, all.uvs, "texture coordinate")?;
-        let normal = index(so_far.normals, all.normals, "normal")?;
-        let [uv, normal] = [uv, normal].map(|i| i.map_or(String::new(), |i| i.to_string()));
-        face.push_str(&format!(" {vertex}/{uv}/{normal}"));
-        corners += 1;
+        let uv = index(so_far.uvs, all.uvs, "texture coordinate");
+        let normal = index(so_far.normals, all.normals, "normal");
+        no_uvs = no_uvs.or(uv.clone().err());
+        no_normals = no_normals.or(normal.clone().err());
+        corners.push((vertex, uv.ok().flatten(), normal.ok().flatten()));
     }
-    if corners < 3 {
+    if corners.len() < 3 {
         return Err("it has fewer than three corners".into());
     }
+    let stand_in = (all.normals > 0).then_some(all.normals + 1);
+    let text = |i: Option<usize>| i.map_or(String::new(), |i| i.to_string());
+    let mut face = String::from("f");
+    for (vertex, uv, normal) in corners {
+        let uv = uv.filter(|_| no_uvs.is_none());
+        let normal = normal.filter(|_| no_normals.is_none());
+        let normal = normal.or(stand_in.filter(|_| no_normals.is_some()));
+        face.push_str(&format!(" {vertex}/{}/{}", text(uv), text(normal)));
+    }
     face.push('\n');
-    Ok(face)
+    Ok((face, no_uvs.or(no_normals)))
 }
 
 /// A number from 1 on; negative ones count back from those that came before.

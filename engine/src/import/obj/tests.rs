@@ -237,7 +237,7 @@ fn what_is_broken_of_a_file_is_left_out_with_its_line() {
         "f 1 2 3\n{SQUARE}v x 0 0\nv nan 0 0\nvt 0.5\nvn 0 0\nf 1 2 9\nf 1 2 5\nf 1 2 6\nf 1 0 2\nf 1/2 2 3\nf 1 2 z\nf 1 2\nf -6/1 -5/1 -4/1\nl 1 x\nusemtl\n"
     );
     let model = import(&text).unwrap();
-    assert_eq!(model.parts[0].mesh.triangles.len(), 2);
+    assert_eq!(model.parts[0].mesh.triangles.len(), 3);
     assert_eq!(model.parts[0].mesh.vertices[1], DVec3::X);
     let told = model.warnings.sentences();
     let expected = [
@@ -248,7 +248,7 @@ fn what_is_broken_of_a_file_is_left_out_with_its_line() {
         "line 11: a face is left out: vertex 5 is not three finite numbers",
         "line 12: a face",
         "line 13: a face is left out: there is no vertex 0",
-        "line 14: a face is left out: there is no texture coordinate 2",
+        "line 14: there is no texture coordinate 2, there are 1: left out of the face",
         "line 15: a face is left out: there is no vertex z",
         "line 16: a face is left out: it has fewer than three corners",
         "the normals of `unnamed_object` are left out",
@@ -257,6 +257,27 @@ fn what_is_broken_of_a_file_is_left_out_with_its_line() {
         assert!(told.starts_with(expected), "{told} / {expected}");
     }
     assert_eq!(told.len(), expected.len(), "{told:#?}");
+}
+
+#[test]
+fn faces_stay_though_their_normals_or_texture_coordinates_are_not_there() {
+    let faces = |face: &str| {
+        let model = import(&format!("{SQUARE}{face}\n")).unwrap();
+        let mesh = &model.parts[0].mesh;
+        assert_eq!(mesh.triangles.len(), 1, "{face}");
+        (
+            mesh.normals.len(),
+            mesh.uvs.len(),
+            model.warnings.sentences().len(),
+        )
+    };
+    assert_eq!(faces("f 1//1 2//2 3//3"), (0, 0, 1));
+    assert_eq!(faces("f 1/1/1 2/2/2 3/3/3").2, 1);
+    assert_eq!(faces("vn 0 0 1\nf 1//1 2//1 3//1"), (3, 0, 0));
+    assert_eq!(faces("vn 0 0 1\nf 1//1 2//2 3//1"), (0, 0, 2));
+    assert_eq!(faces("vt 0 0\nf 1/1 2/1 3/1"), (0, 3, 0));
+    let (normals, _, told) = faces("vt 0 0\nf 1/1 2/2 3/1");
+    assert_eq!((normals, told), (0, 1));
 }
 
 #[test]
