@@ -51,6 +51,7 @@ Examples:
   orrery bench motion                            what it costs that things move, up to 100,000 of them
   orrery bench structures                        the 2008 report's bounding spheres beside boxes
   orrery bench stability --backend cpu           leaks, self-hits, lost boxes, far and tiny scenes, bad input
+  orrery bench trace --suite mirrors_21           rays by kind and whole frames
   orrery bench spd --report spd                  the Standard Procedural Databases, rays as published
   orrery bench bart --frames 100 --report bart   kitchen, robots and museum, played to their last frame
   orrery bench start                             large scenes from file to ready to trace, without and with the cache
@@ -151,7 +152,7 @@ pub struct BenchRequest {
     /// writes them and prints `key=value` lines. May be given several times.
     #[arg(long, value_name = "PROGRAM")]
     pub rival: Vec<PathBuf>,
-    /// Stability: only this suite, by a name that `bench stability --list` prints. May be given several times.
+    /// Stability: only this suite, by a name that `bench stability --list` prints. Trace: only this scene. May be given several times.
     #[arg(long, value_name = "NAME")]
     pub suite: Vec<String>,
     /// Stability: rays of each aim of the suites that count rays, such as 1e9.
@@ -160,7 +161,7 @@ pub struct BenchRequest {
     /// BART: only so many frames, spread over the run, at least 2; without it, all.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
     pub frames: Option<u64>,
-    /// SPD, BART: the folder of their scene files; without it, `../shared/scenes/spd-nff` and `bart-aff` beside it. Import: the folder
+    /// Trace: a folder of scenes in the dump format that have a camera and a light. SPD, BART: the folder of their scene files; without it, `../shared/scenes/spd-nff` and `bart-aff` beside it. Import: the folder
     /// of the folders that are read; without it, `../shared/scenes`.
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,

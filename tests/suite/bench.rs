@@ -238,3 +238,44 @@ fn starts_are_timed_without_and_with_the_cache() {
         assert!(value(&report, &format!("hills.{what}")) > 0.0, "{what}");
     }
 }
+
+#[test]
+fn rays_are_timed_by_kind_and_dumped_for_rivals() {
+    let folder = folder("bench_trace");
+    let dump = folder.join("dump");
+    let dump_text = dump.display().to_string();
+    let report = report(
+        "trace",
+        &folder,
+        &["--suite", "mirrors_21", "--dump", &dump_text],
+    );
+    let of = |what: &str| value(&report, &format!("mirrors_21.cpu.{what}"));
+    assert!(of("rays.rate") > 0.0 && of("whole.96x54") > 0.0);
+    let scene = dump.join("mirrors_21");
+    let manifest = std::fs::read_to_string(scene.join("manifest.json")).expect("a manifest");
+    let manifest: Value = serde_json::from_str(&manifest).expect("JSON");
+    let sets = manifest["rays"].as_array().expect("rays");
+    let kinds: Vec<&str> = sets.iter().filter_map(|set| set["kind"].as_str()).collect();
+    assert_eq!(
+        kinds,
+        ["primary", "shadow", "reflect", "reflect_shadow", "diffuse"]
+    );
+    for (set, kind) in sets.iter().zip(kinds) {
+        // The f32 rays are the same in both tracers; where they graze an edge one may hit and one miss.
+        assert!(of(&format!("{kind}.flips")) <= 2000.0, "{kind}");
+        let rays = set["count"].as_u64().expect("a count");
+        let bytes = |file: String| std::fs::metadata(scene.join(file)).expect("a file").len();
+        assert_eq!(bytes(format!("rays_{kind}.bin")), 32 * rays);
+        assert_eq!(bytes(format!("hits_{kind}.bin")), 12 * rays);
+    }
+    assert_eq!(sets[0]["count"], 96 * 54);
+    // A shadow ray and a mirrored one from each primary hit.
+    let hits = of("primary.hit_rate") * 0.01 * 96.0 * 54.0;
+    assert!((hits - sets[1]["count"].as_f64().expect("a count")).abs() < 1e-6);
+    assert_eq!(sets[1]["count"], sets[2]["count"]);
+    expect(
+        &["bench", "trace", "--suite", "mirror"],
+        2,
+        &["`mirror`", "mirrors_21"],
+    );
+}

@@ -6,12 +6,12 @@ use std::time::Instant;
 
 use bytemuck::{cast_slice, pod_read_unaligned};
 
-use super::GpuTracer;
 use super::buffers::{create, read};
-use super::layout::bind;
-use super::rays::{kernel_of, ray_row};
+use super::pipelines::Pipeline;
+use super::rays::{Slot, kernel_of, pass_row, ray_row};
 use super::tracer::nothing_uploaded;
-use crate::frame::wire::{HitRow, PassRow, QUERY_ANY, QUERY_CLOSEST, RayRow};
+use super::{Gpu, GpuTracer};
+use crate::frame::wire::{PassRow, RayRow};
 use crate::trace::{Query, Ray, TraceError};
 
 /// Runs submitted together: a slow device must not take the whole for one that hangs.
@@ -26,75 +26,60 @@ impl GpuTracer {
         runs: usize,
     ) -> Result<Vec<f64>, TraceError> {
         let special = self.special.ok_or_else(nothing_uploaded)?;
-        let kernel = kernel_of(query);
         let pipeline = self
             .pipelines
-            .get(&self.gpu, &self.layouts, kernel, special)?;
-        let groups = (rays.len() as u32).div_ceil(pipeline.workgroup[0]);
-        let most = self
-            .gpu
-            .device
-            .limits()
-            .max_compute_workgroups_per_dimension;
-        if groups > most {
+            .get(&self.gpu, &self.layouts, kernel_of(query), special)?;
+        let row = pass_row(rays.len(), query);
+        let limits = self.gpu.device.limits();
+        let most = limits.max_compute_workgroups_per_dimension;
+        if row.count.div_ceil(pipeline.workgroup[0]) > most {
             return Err(TraceError::TooLarge(format!(
                 "{} rays at once are more than the {} that this device takes in a dispatch",
                 rays.len(),
                 u64::from(most) * u64::from(pipeline.workgroup[0])
             )));
         }
+        let slot = Slot::new(&self.gpu, &self.layouts, rays.len().max(1));
         let rows: Vec<RayRow> = rays.iter().map(ray_row).collect();
-        use wgpu::BufferUsages as Usage;
-        let size = |row: usize| (rays.len().max(1) * row) as u64;
-        let gpu = &self.gpu;
-        let ray_buffer = create(
-            gpu,
-            "rays",
-            Usage::STORAGE | Usage::COPY_DST,
-            size(size_of::<RayRow>()),
-        );
-        let hit_buffer = create(
-            gpu,
-            "hits",
-            Usage::STORAGE | Usage::COPY_SRC,
-            size(size_of::<HitRow>()),
-        );
-        gpu.queue.write_buffer(&ray_buffer, 0, cast_slice(&rows));
-        let group = bind(gpu, "rays", &self.layouts.rays, &[&ray_buffer, &hit_buffer]);
-        let pass_row = PassRow {
-            count: rays.len() as u32,
-            query: if query == Query::Any {
-                QUERY_ANY
-            } else {
-                QUERY_CLOSEST
-            },
-            ..PassRow::default()
-        };
-        let offsets = self
-            .on_device
-            .write_passes(gpu, &self.layouts, &[pass_row])?;
-        let clock = Clock::new(gpu);
+        self.gpu
+            .queue
+            .write_buffer(&slot.rays, 0, cast_slice(&rows));
+        let clock = Clock::new(&self.gpu);
         let mut millis = Vec::with_capacity(runs);
         while millis.len() < runs {
             let count = TOGETHER.min(runs - millis.len());
-            let mut encoder = gpu.device.create_command_encoder(&Default::default());
-            for run in 0..count {
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                    label: Some("rays on the device"),
-                    timestamp_writes: clock.writes(run as u32),
-                });
-                pass.set_pipeline(&pipeline.compute);
-                pass.set_bind_group(0, &self.on_device.frame, &offsets);
-                pass.set_bind_group(1, &self.on_device.scene, &[]);
-                pass.set_bind_group(2, &group, &[]);
-                if let Some(texels) = &self.on_device.texels.group {
-                    pass.set_bind_group(3, texels, &[]);
-                }
-                pass.dispatch_workgroups(groups, 1, 1);
-            }
-            millis.extend(clock.read(gpu, encoder, count)?);
+            let encoder = self.record_runs(&pipeline, &slot, row, &clock, count)?;
+            millis.extend(clock.read(&self.gpu, encoder, count)?);
         }
         Ok(millis)
+    }
+
+    fn record_runs(
+        &mut self,
+        pipeline: &Pipeline,
+        slot: &Slot,
+        row: PassRow,
+        clock: &Clock,
+        runs: usize,
+    ) -> Result<wgpu::CommandEncoder, TraceError> {
+        let gpu = &self.gpu;
+        let offsets = self.on_device.write_passes(gpu, &self.layouts, &[row])?;
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        for run in 0..runs {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some("rays on the device"),
+                timestamp_writes: clock.writes(run as u32),
+            });
+            pass.set_pipeline(&pipeline.compute);
+            pass.set_bind_group(0, &self.on_device.frame, &offsets);
+            pass.set_bind_group(1, &self.on_device.scene, &[]);
+            pass.set_bind_group(2, &slot.group, &[]);
+            if let Some(texels) = &self.on_device.texels.group {
+                pass.set_bind_group(3, texels, &[]);
+            }
+            pass.dispatch_workgroups(row.count.div_ceil(pipeline.workgroup[0]), 1, 1);
+        }
+        Ok(encoder)
     }
 }
 
@@ -104,7 +89,7 @@ struct Clock {
 }
 
 impl Clock {
-    fn new(gpu: &super::Gpu) -> Self {
+    fn new(gpu: &Gpu) -> Self {
         use wgpu::BufferUsages as Usage;
         let count = 2 * TOGETHER as u32;
         let size = u64::from(count) * size_of::<u64>() as u64;
@@ -144,7 +129,7 @@ impl Clock {
     /// Submits, waits, and says what each run took.
     fn read(
         &self,
-        gpu: &super::Gpu,
+        gpu: &Gpu,
         mut encoder: wgpu::CommandEncoder,
         runs: usize,
     ) -> Result<Vec<f64>, TraceError> {

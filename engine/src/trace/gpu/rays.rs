@@ -36,11 +36,14 @@ pub struct RayBuffers {
     room: usize,
 }
 
-struct Slot {
-    rays: wgpu::Buffer,
+/// Rays and their hits on the device, and where hits come back to.
+pub struct Slot {
+    /// Rows of rays.
+    pub rays: wgpu::Buffer,
     hits: wgpu::Buffer,
     staging: wgpu::Buffer,
-    group: wgpu::BindGroup,
+    /// What a kernel is given of them.
+    pub group: wgpu::BindGroup,
 }
 
 /// A batch on the device.
@@ -62,7 +65,8 @@ impl RayBuffers {
 }
 
 impl Slot {
-    fn new(gpu: &Gpu, layouts: &Layouts, room: usize) -> Self {
+    /// Room for so many rays.
+    pub fn new(gpu: &Gpu, layouts: &Layouts, room: usize) -> Self {
         use wgpu::BufferUsages as Usage;
         let size = (room * size_of::<RayRow>()) as u64;
         let hit_size = (room * size_of::<HitRow>()) as u64;
@@ -149,16 +153,7 @@ impl GpuTracer {
         let rows = batch.par_iter().with_min_len(CHUNK).map(ray_row);
         let rows: Vec<RayRow> = rows.collect();
         gpu.queue.write_buffer(rays, 0, cast_slice(&rows));
-        let (count, query) = match query {
-            Query::Closest => (batch.len(), QUERY_CLOSEST),
-            Query::Any => (batch.len(), QUERY_ANY),
-            Query::Leave => (batch.len() / 2, QUERY_CLOSEST),
-        };
-        let pass_row = PassRow {
-            count: count as u32,
-            query,
-            ..PassRow::default()
-        };
+        let pass_row = pass_row(batch.len(), query);
         let offsets = self.on_device.write_passes(gpu, layouts, &[pass_row])?;
         let mut encoder = gpu
             .device
@@ -231,6 +226,20 @@ pub fn kernel_of(query: Query) -> Kernel {
     match query {
         Query::Closest | Query::Any => Kernel::Intersect,
         Query::Leave => Kernel::Leave,
+    }
+}
+
+/// So many rays in one dispatch.
+pub fn pass_row(rays: usize, query: Query) -> PassRow {
+    let (count, query) = match query {
+        Query::Closest => (rays, QUERY_CLOSEST),
+        Query::Any => (rays, QUERY_ANY),
+        Query::Leave => (rays / 2, QUERY_CLOSEST),
+    };
+    PassRow {
+        count: count as u32,
+        query,
+        ..PassRow::default()
     }
 }
 

@@ -42,8 +42,11 @@ const SIZES: [UVec2; 2] = [UVec2::new(1920, 1080), UVec2::new(1024, 768)];
 const SMALL_SIZE: UVec2 = UVec2::new(96, 54);
 /// Clocks rise with work.
 const WARM_UP: Duration = Duration::from_millis(250);
+const WARM_UP_RUNS: usize = 8;
 /// Rays of each kind that the reference answers too.
 const CHECKED: usize = 20_000;
+/// The pass that makes pictures.
+const KERNEL: &str = "whitted";
 /// Frame of scenes in motion.
 const FRAME: u64 = 30;
 
@@ -61,7 +64,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         (None, true) => vec![SMALL_SIZE],
         (None, false) => SIZES.to_vec(),
     };
-    let scenes = scenes(request);
+    let scenes = scenes(request)?;
     let bar = progress((scenes.len() * tracers.len()) as u64, "trace");
     for path in scenes {
         bar.set_message(
@@ -99,7 +102,21 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
 }
 
 /// What there is to trace.
-fn scenes(request: &BenchRequest) -> Vec<PathBuf> {
+fn scenes(request: &BenchRequest) -> Result<Vec<PathBuf>, Failure> {
+    let stem = |path: &Path| {
+        path.file_stem()
+            .unwrap_or_default()
+            .to_string_lossy()
+            .into_owned()
+    };
+    let all = DUMPED.iter().chain(&MODELS).chain(&SCENES);
+    let names: Vec<String> = all.map(|name| stem(Path::new(name))).collect();
+    if let Some(unknown) = request.suite.iter().find(|name| !names.contains(name)) {
+        return Err(Failure::Usage(format!(
+            "no scene `{unknown}` in `trace`; there is {}",
+            names.join(", ")
+        )));
+    }
     let mut scenes = Vec::new();
     if let Some(folder) = &request.files {
         for name in DUMPED.iter().chain(&MODELS) {
@@ -115,15 +132,9 @@ fn scenes(request: &BenchRequest) -> Vec<PathBuf> {
     }
     scenes.extend(SCENES.iter().map(PathBuf::from));
     if !request.suite.is_empty() {
-        let stem = |path: &Path| {
-            path.file_stem()
-                .unwrap_or_default()
-                .to_string_lossy()
-                .into_owned()
-        };
         scenes.retain(|path| request.suite.contains(&stem(path)));
     }
-    scenes
+    Ok(scenes)
 }
 
 /// A scene under measurement.
@@ -167,11 +178,7 @@ impl Run<'_> {
         let mut whole = vec![0.0; self.samples()];
         let mut count = 0;
         for set in sets.iter().filter(|set| !set.rays.is_empty()) {
-            let begun = Instant::now();
-            while begun.elapsed() < self.warm_up() {
-                tracer.time_rays(&set.rays, set.query, 8)?;
-            }
-            let millis = tracer.time_rays(&set.rays, set.query, self.samples())?;
+            let millis = self.timed(set, tracer)?;
             if WHOLE_FRAME.contains(&set.kind) {
                 whole
                     .iter_mut()
@@ -199,6 +206,15 @@ impl Run<'_> {
             &rates,
         ));
         Ok(rows)
+    }
+
+    /// Milliseconds of one kind, once clocks have risen.
+    fn timed(&self, set: &RaySet, tracer: &mut dyn Tracer) -> Result<Vec<f64>, Failure> {
+        let begun = Instant::now();
+        while begun.elapsed() < self.warm_up() {
+            tracer.time_rays(&set.rays, set.query, WARM_UP_RUNS)?;
+        }
+        Ok(tracer.time_rays(&set.rays, set.query, self.samples())?)
     }
 
     /// Of rays that the reference answers too, how many hit where it misses or miss where it hits, per million.
@@ -232,12 +248,15 @@ impl Run<'_> {
         let mut turn = 0;
         while millis.len() < self.samples() {
             let is_warm = begun.elapsed() >= self.warm_up();
+            let start = Instant::now();
             traced(tracer, frames[turn % 2], &settings)?;
+            let around = start.elapsed().as_secs_f64() * 1e3;
             turn += 1;
             let passes = tracer.pass_times();
-            let pass = passes.iter().find(|pass| pass.name == "whitted");
-            if let (true, Some(pass)) = (is_warm, pass) {
-                millis.push(pass.millis);
+            // A device without timestamps has the clock around it all.
+            let pass = passes.iter().find(|pass| pass.name == KERNEL);
+            if is_warm {
+                millis.push(pass.map_or(around, |pass| pass.millis));
             }
         }
         let name = format!(

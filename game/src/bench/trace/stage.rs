@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3, UVec2, Vec3};
-use orrery_engine::frame::{FrameScene, LightKind, View};
+use orrery_engine::frame::{FrameScene, Light, LightKind, View};
 use orrery_engine::world::{Material, Reflection};
-use serde_json::Value;
+use serde::Deserialize;
 
 use crate::args::Common;
 use crate::bench::work::{Work, WorkMesh};
@@ -16,6 +16,11 @@ use crate::stage;
 const MIRRORED: f32 = 0.3;
 /// Generations of the whole frame that dumped scenes stand for: the eye's ray and the mirrored one.
 const GENERATIONS: u32 = 2;
+
+/// Numbers of a triangle.
+const CORNERS: usize = 9;
+/// Of an instance: its mesh, as the bits of a number, and three rows of its map.
+const PLACED: usize = 13;
 
 /// A scene to trace.
 pub struct Stage {
@@ -29,60 +34,63 @@ pub struct Stage {
     pub light: DVec3,
 }
 
+/// What this reads of a dump's `manifest.json`.
+#[derive(Deserialize)]
+struct Manifest {
+    scene: String,
+    camera: Eye,
+    light: [f64; 3],
+    meshes: Vec<Named>,
+    instances: Named,
+}
+
+#[derive(Deserialize)]
+struct Eye {
+    position: [f64; 3],
+    forward: [f64; 3],
+    right: [f64; 3],
+    up: [f64; 3],
+}
+
+#[derive(Deserialize)]
+struct Named {
+    #[serde(default)]
+    name: String,
+    file: String,
+}
+
 impl Stage {
     /// A folder in the dump format whose manifest has a `camera` and a `light`.
     pub fn of_dump(folder: &Path) -> Result<Self, Failure> {
-        let bad = |what: String| Failure::Input(format!("{}: {what}", folder.display()));
-        let bytes = read(&folder.join("manifest.json"))?;
-        let manifest: Value = serde_json::from_slice(&bytes)
-            .map_err(|error| bad(format!("manifest.json: {error}")))?;
-        let vector = |value: &Value, what: &str| {
-            let numbers = value.as_array().filter(|numbers| numbers.len() == 3);
-            let numbers =
-                numbers.and_then(|n| n.iter().map(Value::as_f64).collect::<Option<Vec<_>>>());
-            let numbers = numbers.filter(|n| n.iter().all(|x| x.is_finite()));
-            numbers
-                .map(|n| DVec3::from_slice(&n))
-                .ok_or_else(|| bad(format!("manifest.json: `{what}`: expected three numbers")))
-        };
-        let camera = &manifest["camera"];
-        let axis = |name: &str| vector(&camera[name], name);
+        let path = folder.join("manifest.json");
+        let manifest: Manifest = serde_json::from_slice(&read(&path)?)
+            .map_err(|error| Failure::Input(format!("{}: {error}", path.display())))?;
+        let eye = &manifest.camera;
         let view = View {
-            origin: axis("position")?,
-            forward: axis("forward")?,
-            right: axis("right")?,
-            up: axis("up")?,
+            origin: eye.position.into(),
+            forward: eye.forward.into(),
+            right: eye.right.into(),
+            up: eye.up.into(),
             ..View::default()
         };
-        let light = vector(&manifest["light"], "light")?;
-        let text = |value: &Value, what: &str| {
-            value
-                .as_str()
-                .map(str::to_owned)
-                .ok_or_else(|| bad(format!("manifest.json: `{what}`: expected a text")))
-        };
-        let mut meshes = Vec::new();
-        for mesh in manifest["meshes"].as_array().into_iter().flatten() {
-            let file = text(&mesh["file"], "file")?;
-            let corners = floats(&folder.join(&file), 9)?;
-            let corner = |c: &[f32]| Vec3::from_slice(c);
-            meshes.push(WorkMesh {
-                name: text(&mesh["name"], "name")?,
-                triangles: corners
-                    .chunks_exact(9)
-                    .map(|t| [corner(&t[..3]), corner(&t[3..6]), corner(&t[6..])])
-                    .collect(),
-            });
-        }
-        let file = text(&manifest["instances"]["file"], "instances.file")?;
-        let rows = read(&folder.join(&file))?;
-        let instances = rows.chunks_exact(52).map(|row| {
-            let word = |i: usize| <[u8; 4]>::try_from(&row[4 * i..4 * i + 4]).unwrap_or_default();
-            let number = |i: usize| f64::from(f32::from_le_bytes(word(1 + i)));
+        let meshes = manifest.meshes.iter().map(|mesh| {
+            let numbers = floats(&folder.join(&mesh.file), CORNERS)?;
+            let corners = numbers.chunks_exact(3).map(Vec3::from_slice);
+            let corners: Vec<Vec3> = corners.collect();
+            let triangles = corners.chunks_exact(3).map(|t| [t[0], t[1], t[2]]);
+            Ok(WorkMesh {
+                name: mesh.name.clone(),
+                triangles: triangles.collect(),
+            })
+        });
+        let meshes: Result<Vec<WorkMesh>, Failure> = meshes.collect();
+        let rows = floats(&folder.join(&manifest.instances.file), PLACED)?;
+        let instances = rows.chunks_exact(PLACED).map(|row| {
+            let number = |i: usize| f64::from(row[1 + i]);
             let column = |c: usize| DVec3::new(number(c), number(4 + c), number(8 + c));
             let linear = DMat3::from_cols(column(0), column(1), column(2));
             let map = DAffine3::from_mat3_translation(linear, column(3) - view.origin);
-            (u32::from_le_bytes(word(0)), map)
+            (row[0].to_bits(), map)
         });
         let mirror = Material {
             color: Vec3::splat(0.7),
@@ -90,21 +98,21 @@ impl Stage {
             reflection: Reflection::Constant(Vec3::splat(MIRRORED)),
             ..Material::default()
         };
-        let work = Work::of_meshes(meshes, instances.collect(), view, mirror).map_err(bad)?;
+        let work = Work::of_meshes(meshes?, instances.collect(), view, mirror)
+            .map_err(|what| Failure::Input(format!("{}: {what}", folder.display())))?;
+        let light = DVec3::from(manifest.light) - view.origin;
         let mut frame = work.frame.clone();
         frame.max_generations = GENERATIONS;
-        frame.lights.push(orrery_engine::frame::Light {
+        frame.lights.push(Light {
             color: Vec3::ONE,
             fade: None,
-            kind: LightKind::Point {
-                position: light - view.origin,
-            },
+            kind: LightKind::Point { position: light },
         });
         Ok(Self {
-            name: text(&manifest["scene"], "scene")?,
+            name: manifest.scene,
             work,
             frame,
-            light: light - view.origin,
+            light,
         })
     }
 

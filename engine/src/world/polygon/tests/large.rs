@@ -107,7 +107,7 @@ fn maze(random: &mut Random, side: usize) -> Vec<DVec2> {
         let whole = [2 * (cell % side) + dx, 2 * (cell / side) + dy];
         corners.push(DVec2::new(whole[0] as f64, whole[1] as f64));
         // Which side of the cell this quarter comes to as one goes around it counter-clockwise.
-        let way = [0, 1, 2, 3][quarter];
+        let way = quarter;
         if joined[cell][way] {
             cell = match way {
                 0 => cell + 1,
