@@ -237,6 +237,8 @@ fn starts_are_timed_without_and_with_the_cache() {
     for what in ["first", "second", "ratio", "kept"] {
         assert!(value(&report, &format!("hills.{what}")) > 0.0, "{what}");
     }
+    // Otherwise both starts are the first.
+    assert_eq!(value(&report, "hills.second.found"), 1.0);
 }
 
 #[test]

@@ -46,6 +46,7 @@ impl Loader {
         };
         self.step("looking in the cache for", path);
         if let Some(model) = cache.find(&key, path) {
+            self.progress.find();
             return Ok(model);
         }
         let begun = Instant::now();

@@ -11,6 +11,8 @@ pub struct Step {
     pub done: usize,
     /// Parts of the whole as far as they are known.
     pub count: usize,
+    /// Models that the cache had.
+    pub found: usize,
 }
 
 /// How far a load is; clones tell of the same.
@@ -36,6 +38,11 @@ impl Progress {
     /// Takes note that a part is done.
     pub(super) fn advance(&self) {
         self.lock().done += 1;
+    }
+
+    /// Takes note that the cache had a model.
+    pub(super) fn find(&self) {
+        self.lock().found += 1;
     }
 
     fn lock(&self) -> MutexGuard<'_, Step> {
