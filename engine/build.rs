@@ -6,8 +6,9 @@ use std::fs;
 use std::hash::{Hash, Hasher};
 use std::path::{Path, PathBuf};
 
-/// All that decides what becomes of a model file; the lock file says which crates.
-const SOURCES: [&str; 2] = ["src", "../Cargo.lock"];
+/// What decides what becomes of a model file: the code, which crates it uses, and with which of their features. Not all
+/// that could: another compiler, or other flags for it, may round or lay numbers out otherwise and goes unseen here.
+const SOURCES: [&str; 4] = ["src", "Cargo.toml", "../Cargo.toml", "../Cargo.lock"];
 
 fn main() {
     let mut files = Vec::new();
