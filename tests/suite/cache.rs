@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
-use std::time::Duration;
+use std::time::{Duration, SystemTime};
 
 use glam::{UVec2, Vec3};
 use orrery_engine::Engine;
@@ -17,6 +17,8 @@ use orrery_tests::tracers::picture;
 
 use crate::cli::folder;
 
+/// Bytes of an entry before its content.
+const HEAD: usize = 96;
 const SQUARE: &str = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0.5\nvt 0 0\nvt 1 0\nvt 1 1\nvt 0 1\n";
 
 /// A loader that keeps every model, in that folder.
@@ -30,17 +32,16 @@ fn loader(folder: &Path) -> Loader {
 }
 
 /// All of a model, every bit of its numbers, or why there is none.
-fn loaded(loader: &Loader, path: &Path, smooth_angle: Option<f64>) -> String {
+pub(crate) fn loaded(loader: &Loader, path: &Path, smooth_angle: Option<f64>) -> String {
     let models = loader.load(&[(path.to_owned(), smooth_angle)]);
     format!("{models:?}")
 }
 
 /// Whether the model comes from the cache, and what it is.
-fn found(cache: &Path, path: &Path) -> (bool, String) {
+pub(crate) fn found(cache: &Path, path: &Path) -> (bool, String) {
     let loader = loader(cache);
     let model = loaded(&loader, path, None);
-    let last = loader.progress.now().what;
-    (last.starts_with("looking in the cache"), model)
+    (loader.progress.now().found == 1, model)
 }
 
 /// The files in a folder.
@@ -75,7 +76,7 @@ fn traced(loader: &Loader, path: &Path) -> Vec<[u32; 3]> {
 }
 
 /// An OBJ file with a material and a picture, an AFF file with an include.
-fn models(folder: &Path) -> [PathBuf; 2] {
+pub(crate) fn models(folder: &Path) -> [PathBuf; 2] {
     write(folder, "square.bmp", &bmp([40, 80, 250]));
     write(
         folder,
@@ -95,7 +96,7 @@ fn models(folder: &Path) -> [PathBuf; 2] {
     ]
 }
 
-fn write(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
+pub(crate) fn write(folder: &Path, name: &str, bytes: &[u8]) -> PathBuf {
     let path = folder.join(name);
     fs::write(&path, bytes).expect("a file can be written");
     path
@@ -160,7 +161,7 @@ fn no_flipped_bit_changes_a_model() {
         let entry = only(&cache);
         let whole = fs::read(&entry).expect("an entry");
         let drawn: Vec<usize> = (0..400).map(|_| random.below(whole.len())).collect();
-        let places = (0..64).chain(drawn);
+        let places = (0..HEAD).chain(drawn);
         for (number, place) in places.enumerate() {
             let mut broken = whole.clone();
             broken[place] ^= 1 << random.below(8);
@@ -178,7 +179,7 @@ fn no_flipped_bit_changes_a_model() {
         for broken in [
             empty,
             &whole[..10],
-            &whole[..64],
+            &whole[..HEAD],
             &whole[..whole.len() - 1],
             &longer,
         ] {
@@ -194,8 +195,12 @@ fn no_flipped_bit_changes_a_model() {
         );
         let (_, plain_other) = found(&cache, &other);
         let others = files_in(&cache).into_iter().find(|file| *file != entry);
-        fs::write(others.expect("two entries"), b"ORRERY\n").expect("an entry");
-        assert_eq!(found(&cache, &other), (false, plain_other));
+        let others = others.expect("two entries");
+        for broken in [whole.as_slice(), b"ORRERY\n"] {
+            fs::write(&others, broken).expect("an entry");
+            assert_eq!(found(&cache, &other), (false, plain_other.clone()));
+            assert_eq!(found(&cache, &other), (true, plain_other.clone()));
+        }
         fs::remove_file(&other).expect("a file");
     }
 }
@@ -367,7 +372,18 @@ fn the_program_keeps_models_where_it_is_told() {
     let plain = render("", "plain.png");
     let first = render("cache", "first.png");
     let entry = only(&folder.join("cache/models"));
+    // The use of the kept model is noted in the file itself; a model that is made anew comes in another one.
+    let same = folder.join("same");
+    fs::hard_link(&entry, &same).expect("a link");
+    let file = fs::File::options().write(true).open(&same);
+    let early = file.and_then(|file| file.set_modified(SystemTime::UNIX_EPOCH));
+    early.expect("a file's time can be set");
     let second = render("cache", "second.png");
     assert!(first == plain && second == plain, "another picture");
     assert_eq!(only(&folder.join("cache/models")), entry);
+    let used = fs::metadata(&same).and_then(|file| file.modified());
+    assert!(
+        used.expect("a time") > SystemTime::UNIX_EPOCH,
+        "the second start did not find what the first kept"
+    );
 }

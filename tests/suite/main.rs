@@ -3,6 +3,7 @@
 mod animated;
 mod bench;
 mod cache;
+mod cache_files;
 mod cli;
 mod coincident;
 mod device_instances;

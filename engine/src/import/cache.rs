@@ -2,8 +2,8 @@
 //!
 //! A file is named by its key, a hash of all that decides what the model becomes: the bytes of the model file, its
 //! format, the smoothing, and the sources that this program was built from, so that no other version's are read. It
-//! lists the files that the model refers to (materials, pictures, includes) with their hashes, those that were not there
-//! as well; where one has changed, the model is made anew.
+//! repeats its key inside, and lists the files that the model refers to (materials, pictures, includes) with their
+//! hashes, those that were not there as well; where one has changed, the model is made anew.
 //!
 //! Nothing here fails a load: what is not there, broken or of others is made anew and replaced, what cannot be written is
 //! not kept. A file is written under another name first, so several programs may share the folder.
@@ -37,10 +37,10 @@ pub struct Cache {
     pub most_bytes: u64,
 }
 
-/// What tells a model from all others.
+/// What tells a model from all others, and the content of its file.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Key {
-    name: String,
+    hash: blake3::Hash,
     content: Content,
 }
 
@@ -54,33 +54,34 @@ impl Cache {
         }
     }
 
-    /// The key of a model file as it is now; none: there is no such file.
+    /// The key of a model file as it is now; none: there is none that could be read.
     pub(super) fn key(&self, path: &Path, smooth_angle: Option<f64>) -> Option<Key> {
+        let format = format_of(path)?;
         let content = content_of(path)?;
         let mut hasher = blake3::Hasher::new();
         hasher.update(&content);
         hasher.update(&entry::BUILD);
-        hasher.update(format_of(path)?.name.as_bytes());
+        hasher.update(format.name.as_bytes());
         if let Some(angle) = smooth_angle {
             hasher.update(&angle.to_bits().to_le_bytes());
         }
         Some(Key {
-            name: hasher.finalize().to_hex().to_string(),
+            hash: hasher.finalize(),
             content: Some(content),
         })
     }
 
     /// The model of that key, if all files that it refers to are as they were.
     pub(super) fn find(&self, key: &Key, path: &Path) -> Option<Model> {
-        let bytes = folder::read(&self.folder, &key.name, self.most_bytes)?;
+        let bytes = folder::read(&self.folder, &key.name(), self.most_bytes)?;
         let beside = Files::beside(path);
-        let model = entry::decode(&bytes, |files| {
+        let model = entry::decode(&bytes, key.hash.as_bytes(), |files| {
             let as_now = |(name, content): &(String, Content)| {
                 content_of(&beside.folder().join(name)) == *content
             };
             files.par_iter().all(as_now)
         })?;
-        folder::note_use(&self.folder, &key.name);
+        folder::note_use(&self.folder, &key.name());
         Some(model)
     }
 
@@ -104,8 +105,16 @@ impl Cache {
         let Some(files) = files.collect::<Option<Vec<_>>>() else {
             return;
         };
-        if let Some(bytes) = entry::encode(&files, model) {
-            folder::write(&self.folder, &key.name, &bytes, self.most_bytes);
+        let bytes = entry::encode(key.hash.as_bytes(), (&files, model), self.most_bytes);
+        if let Some(bytes) = bytes {
+            folder::write(&self.folder, &key.name(), &bytes, self.most_bytes);
         }
+    }
+}
+
+impl Key {
+    /// What the file is called that holds the model, without an ending.
+    fn name(&self) -> String {
+        self.hash.to_hex().to_string()
     }
 }

@@ -2,13 +2,15 @@
 //! depends on, files that were looked for and not there included.
 
 use std::collections::BTreeMap;
+use std::fs::{self, File};
+use std::io::Read;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 
 /// Longest file that is read, bytes.
 pub const LONGEST: u64 = 1 << 30;
 
-/// The hash of a file's bytes; none: there is no such file.
+/// The hash of a file's bytes; none: there is no such file, or none that [`Files::bytes`] reads.
 pub type Content = Option<[u8; 32]>;
 
 /// What was read for a model so far; none: something that cannot be named here.
@@ -87,10 +89,10 @@ impl Files {
 
 /// The content of a file as it is now.
 pub fn content_of(path: &Path) -> Content {
+    check(path).ok()?;
     let mut hasher = blake3::Hasher::new();
-    let file = std::fs::File::open(path).ok()?;
-    file.metadata().ok().filter(std::fs::Metadata::is_file)?;
-    hasher.update_reader(file).ok()?;
+    let file = File::open(path).ok()?;
+    hasher.update_reader(file.take(LONGEST)).ok()?;
     Some(*hasher.finalize().as_bytes())
 }
 
@@ -100,13 +102,22 @@ fn hash(bytes: &[u8]) -> [u8; 32] {
 
 /// [`Files::bytes`] of a file that no cache depends on.
 pub fn bytes_of(path: &Path) -> Result<Vec<u8>, String> {
-    let told = |error: std::io::Error| format!("it cannot be read: {error}");
-    let what = std::fs::metadata(path).map_err(told)?;
+    check(path)?;
+    fs::read(path).map_err(unreadable)
+}
+
+/// Whether this is a file to be read, before it is opened: to open a pipe waits for whoever writes to it.
+fn check(path: &Path) -> Result<(), String> {
+    let what = fs::metadata(path).map_err(unreadable)?;
     if !what.is_file() {
         return Err("it cannot be read: it is not a file".into());
     }
     if what.len() > LONGEST {
         return Err(format!("it is longer than {} MiB", LONGEST >> 20));
     }
-    std::fs::read(path).map_err(told)
+    Ok(())
+}
+
+fn unreadable(error: std::io::Error) -> String {
+    format!("it cannot be read: {error}")
 }

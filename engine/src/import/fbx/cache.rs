@@ -3,7 +3,7 @@
 //! They become key frames, which replace what skins and blend shapes do to the mesh: programs write the outcome of all.
 //! Only files in the FBX file's own folder and below are opened, whatever path it has for them.
 
-use std::path::{Component, Path, PathBuf};
+use std::path::{Component, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
@@ -57,11 +57,11 @@ fn poses_of(
         &file.absolute_filename,
     ];
     let names: Vec<&str> = named.map(|name| name.as_ref()).to_vec();
-    let path = found(files.folder(), &names)
-        .ok_or_else(|| format!("there is no file `{}` beside it", names[0]))?;
-    let path = path.to_str().ok_or("its path is no Unicode")?;
+    let path =
+        found(files, &names).ok_or_else(|| format!("there is no file `{}` beside it", names[0]))?;
     // It may name files of its own.
     files.lose_track();
+    let path = path.to_str().ok_or("its path is no Unicode")?;
     let options = GeometryCacheOpts {
         temp_allocator: limits(SIZE),
         result_allocator: limits(SIZE),
@@ -108,7 +108,8 @@ fn poses_of(
 }
 
 /// The file of one of these names, in the folder or below it.
-fn found(folder: &Path, names: &[&str]) -> Option<PathBuf> {
+fn found(files: &Files, names: &[&str]) -> Option<PathBuf> {
+    let folder = files.folder();
     let below = names.iter().filter_map(|name| {
         let plain = PathBuf::from(name.replace('\\', "/"));
         let inside = |part: Component| matches!(part, Component::Normal(_) | Component::CurDir);
@@ -118,7 +119,7 @@ fn found(folder: &Path, names: &[&str]) -> Option<PathBuf> {
         let last = name.rsplit(['/', '\\']).next()?;
         (!last.is_empty() && last != "..").then(|| folder.join(last))
     });
-    below.chain(beside).find(|path| path.is_file())
+    below.chain(beside).find(|path| files.is_there(path))
 }
 
 /// The places of that name, or of any.
