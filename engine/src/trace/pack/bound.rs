@@ -1,7 +1,8 @@
 //! The most light that a ray can bring back, by its generation: what the cut-off's proof rests on.
 //!
-//! A surface adds at most its local light `E`: emission, and for every light (one that fades at most times what its falloff is at the light) the diffuse
-//! share and the highlights at full. With `n` for the bound of the next generation, a material of reflection `R` and
+//! A surface adds at most its local light `E`: emission, and for every light the diffuse share and the highlights at full.
+//! A light that fades counts [`crate::world::Fade::most`] times: 2, but 1e8 by the exact law, which knows no end near the
+//! light, so that in such scenes next to no ray is ever left out. With `n` for the bound of the next generation, a material of reflection `R` and
 //! transmission `T` answers with at most `E + R n + T v`, where `v` is what lies beyond it: `n` if the ray bends, else
 //! the rest of its own generation (a boundary of equal indices does not end one). Fresnel's shares sum to 1, so such a
 //! material gives at most `E + max(n, T v)`; total reflection at most `E + n`.
