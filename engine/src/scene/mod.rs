@@ -70,8 +70,8 @@ pub fn load(world: &mut World, path: &Path) -> Result<LoadReport, Problems> {
 pub struct Prepared {
     resolved: resolve::Resolved,
     report: Report,
-    /// A model file by itself, which is to be framed by all it does.
-    is_model: bool,
+    /// The model file that is shown by itself, and is to be framed by all it does.
+    model: Option<std::path::PathBuf>,
 }
 
 /// The first part of [`load`], and the one that takes long; needs no world, so any thread can do it.
@@ -88,7 +88,7 @@ pub fn prepare(path: &Path, loader: &Loader) -> Result<Prepared, Problems> {
     Ok(Prepared {
         resolved,
         report,
-        is_model,
+        model: is_model.then(|| path.to_owned()),
     })
 }
 
@@ -104,7 +104,7 @@ pub fn load_text(world: &mut World, text: &str, path: &Path) -> Result<LoadRepor
         Prepared {
             resolved,
             report,
-            is_model: false,
+            model: None,
         },
     )
 }
@@ -117,8 +117,8 @@ pub fn put(
     world: &mut World,
     Prepared {
         resolved,
-        report,
-        is_model,
+        mut report,
+        model,
     }: Prepared,
 ) -> Result<LoadReport, Problems> {
     if !report.problems.0.is_empty() {
@@ -126,8 +126,17 @@ pub fn put(
     }
     unload(world);
     spawn::spawn(world, resolved);
-    if is_model {
-        rehearsal::rehearse(world);
+    if let Some(path) = model {
+        let told = rehearsal::rehearse(world).into_iter();
+        report.warnings.extend(told.map(|what| Problem {
+            file: path.clone(),
+            line: 0,
+            column: 0,
+            field: String::new(),
+            what,
+            expected: None,
+            suggestion: None,
+        }));
     }
     Ok(LoadReport {
         warnings: report.warnings,

@@ -2,6 +2,7 @@
 
 use super::*;
 
+mod blind;
 mod clips;
 mod components;
 mod hostile;

@@ -38,7 +38,8 @@ pub fn read(scene: &Scene, shapes: &Shapes, model: &mut Model) {
     }
     for (row, node) in scene.nodes.into_iter().enumerate() {
         let light = node.light.as_ref().and_then(|light| light_of(light, scene));
-        let camera = node.camera.as_ref().and_then(|camera| camera_of(camera));
+        let camera = node.camera.as_ref().filter(|_| !is_producer(node));
+        let camera = camera.and_then(|camera| camera_of(camera));
         for (pose, content) in light.into_iter().chain(camera) {
             model.nodes.push(Node {
                 name: name_of(node),
@@ -56,6 +57,11 @@ fn name_of(node: &FbxNode) -> String {
         true => "root".into(),
         false => node.element.name.to_string(),
     }
+}
+
+/// Whether a camera is one of the views of the editor that wrote the file: older exporters store them among the scene's.
+fn is_producer(node: &FbxNode) -> bool {
+    node.element.name.starts_with("Producer ")
 }
 
 /// The parts of a node's mesh, with the materials that this node gives them.

@@ -99,6 +99,15 @@ fn each_line_of_the_table_holds() {
 }
 
 #[test]
+fn the_views_of_the_editor_are_not_cameras_of_the_scene() {
+    let is_camera = |content: &Content| matches!(content, Content::Camera(_));
+    let cameras = |text: &str| model(text).contents().filter(|c| is_camera(c)).count();
+    assert_eq!(cameras(MOVING), 1);
+    let producer = MOVING.replace("Model::eye", "Model::Producer Perspective");
+    assert_eq!(cameras(&producer), 0);
+}
+
+#[test]
 fn cameras_and_lights_look_and_shine_where_they_do_in_the_file() {
     let model = model(MOVING);
     let standing = |wanted: fn(&Content) -> bool| {
