@@ -69,15 +69,8 @@ impl Framing {
 
     /// Adds a box that a map may turn.
     pub fn add_box(&mut self, world_from_local: DAffine3, min: DVec3, max: DVec3) {
-        let corner = |i: u32| {
-            let side = |bit, low, high| if i & bit == 0 { low } else { high };
-            world_from_local.transform_point3(DVec3::new(
-                side(1, min.x, max.x),
-                side(2, min.y, max.y),
-                side(4, min.z, max.z),
-            ))
-        };
-        self.add_points((0..8).map(corner));
+        let corners = corners(min, max).into_iter();
+        self.add_points(corners.map(|corner| world_from_local.transform_point3(corner)));
     }
 
     /// Adds points of the world.
@@ -155,6 +148,18 @@ impl Default for Framing {
     fn default() -> Self {
         Self::new()
     }
+}
+
+/// The corners of a box.
+pub fn corners(min: DVec3, max: DVec3) -> [DVec3; 8] {
+    std::array::from_fn(|i| {
+        let side = |bit, low, high| if i & bit == 0 { low } else { high };
+        DVec3::new(
+            side(1, min.x, max.x),
+            side(2, min.y, max.y),
+            side(4, min.z, max.z),
+        )
+    })
 }
 
 /// To the right, up and back to the eye, unit.

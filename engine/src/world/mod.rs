@@ -38,7 +38,7 @@ pub use deform::{
     deformed_vertices,
 };
 pub use display::linear_from_srgb;
-pub use framing::Framing;
+pub use framing::{Framing, corners};
 pub use hermite::{Blend, hermite};
 pub use identity::{Background, SceneId, TraceDepth};
 pub use light::{DirectionalLight, Fade, PointLight, SpotLight};

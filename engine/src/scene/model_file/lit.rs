@@ -3,7 +3,7 @@
 use glam::{DAffine3, DVec3, Vec3};
 
 use crate::import::{Content, Model, Solid};
-use crate::world::{Cone, Fade, Framing, Material, world_from_local};
+use crate::world::{Cone, Fade, Framing, Material, corners, world_from_local};
 
 /// Light that is no light: what a white surface gives back of it is a hundredth of a display's white.
 const DIM: f64 = 0.01;
@@ -65,8 +65,9 @@ fn bounds(model: &Model, places: &[DAffine3]) -> Option<(DVec3, DVec3)> {
                 }
                 Content::Solid { solid, .. } => {
                     let (low, high) = bounds_of(solid);
-                    add(place.transform_point3(low));
-                    add(place.transform_point3(high));
+                    for corner in corners(low, high) {
+                        add(place.transform_point3(corner));
+                    }
                 }
                 _ => {}
             }
@@ -98,9 +99,11 @@ fn arriving(content: &Content, from: DVec3, min: DVec3, max: DVec3) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use glam::DQuat;
+
     use super::*;
     use crate::import::{Node, Part};
-    use crate::world::{DirectionalLight, MeshData, PointLight, Transform};
+    use crate::world::{DirectionalLight, MeshData, PointLight, Sphere, Transform};
 
     fn dark(model: &Model) -> bool {
         is_dark(model, &mut Framing::new())
@@ -152,6 +155,26 @@ mod tests {
         assert!(dark(&triangle(Some((lamp, 100.0)))));
         let sun = Content::Directional(DirectionalLight::default());
         assert!(!dark(&triangle(Some((sun, 1e6)))));
+    }
+
+    #[test]
+    fn a_turned_ball_is_as_large_as_one_that_is_not() {
+        let ball = Content::Solid {
+            solid: Solid::Sphere(Sphere { radius: 1.0 }),
+            material: None,
+        };
+        let mut model = Model::default();
+        let turn = DQuat::from_rotation_arc(DVec3::ONE.normalize(), DVec3::X);
+        model.add_node(Node {
+            pose: Transform {
+                rotation: turn,
+                ..Transform::IDENTITY
+            },
+            contents: vec![ball],
+            ..Node::default()
+        });
+        let (min, max) = bounds(&model, &places(&model)).unwrap();
+        assert!((max - min).min_element() >= 2.0, "{min} {max}");
     }
 
     #[test]
