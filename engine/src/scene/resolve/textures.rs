@@ -47,7 +47,7 @@ impl Resolver {
         let path = folder.join(&name.value);
         self.picture(
             (name, &path),
-            "a HDR, PNG, JPEG, BMP or TGA file",
+            "a HDR, EXR, PNG, JPEG, BMP or TGA file",
             import_sky(&path),
         )
     }
