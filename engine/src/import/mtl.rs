@@ -4,6 +4,7 @@
 //! |---|---|
 //! | `Kd` | `color`, with `diffuse` 1; absent: 0.8 grey |
 //! | `Ke` | `emission`: its brightest channel over that of the colour (the model tints emission by the colour) |
+//! | `Ke`, the colour black | `color` its hue, with `diffuse` 0, and `emission` its brightest channel |
 //! | `Ks`, `Ns` | `specular`: strength the mean of `Ks`, exponent `Ns` (MTL's highlight is not tinted here) |
 //! | `d` or `Tr` (= 1 - d) | what is not dissolved passes: `transmit` 1 - d |
 //! | `Tf` | with transparency: its hue tints what passes (`filter` with that colour) |
@@ -25,7 +26,7 @@ use crate::world::{ColorSpace, Lobe, Material, Reflection, Texture, TextureId, W
 
 /// The material of an MTL entry. Every number comes out finite and in range.
 pub fn material_of(mtl: &tobj::Material) -> Material {
-    let color = mtl.diffuse.map_or(Vec3::splat(0.8), rgb);
+    let (color, diffuse, emission) = glow(mtl, mtl.diffuse.map_or(Vec3::splat(0.8), rgb));
     let specular = mtl.specular.map_or(Vec3::ZERO, rgb);
     let illum = mtl.illumination_model.unwrap_or(2);
     let ior = mtl
@@ -36,8 +37,8 @@ pub fn material_of(mtl: &tobj::Material) -> Material {
     let opacity = opacity_of(mtl).unwrap_or(if glass { 0.0 } else { 1.0 });
     let mut material = Material {
         color,
-        diffuse: 1.0,
-        emission: emission_of(mtl, color),
+        diffuse,
+        emission,
         specular: highlight(mtl, specular),
         transmit: 1.0 - opacity,
         ior,
@@ -49,7 +50,7 @@ pub fn material_of(mtl: &tobj::Material) -> Material {
     } else if matches!(illum, 3 | 5) && specular != Vec3::ZERO {
         material.reflection = Reflection::Constant(specular.min(Vec3::ONE));
         // What is mirrored is not scattered as well, or surfaces would shine brighter than their light.
-        material.diffuse = 1.0 - specular.max_element().min(1.0);
+        material.diffuse *= 1.0 - specular.max_element().min(1.0);
     }
     if let Some(tint) = filter_of(mtl).filter(|tint| opacity < 1.0 && *tint != Vec3::ONE) {
         material.color = tint;
@@ -101,11 +102,10 @@ pub fn with_pictures(
     let times = normals.map_or(1.0, |map| map.times);
     material.normal_map = normal_map.and_then(|row| {
         if !is_grey(pictures.textures.get(row.0 as usize)?) {
-            return pictures.steeper(row, times);
+            return pictures.steeper(row, times, warnings);
         }
-        pictures.made(Recipe::Heights(row, times.to_bits()), |textures| {
-            Some(textures.get(row.0 as usize)?.of_heights(times))
-        })
+        let heights = |textures: &[Texture]| Ok(textures[row.0 as usize].of_heights(times));
+        pictures.made(Recipe::Heights(row, times.to_bits()), heights, warnings)
     });
     (material, lie)
 }
@@ -117,18 +117,14 @@ fn cut_out(
     pictures: &mut Pictures,
     warnings: &mut Warnings,
 ) {
-    let made = pictures.made(Recipe::CutOut(material.color_map, mask), |textures| {
-        let color = material
-            .color_map
-            .and_then(|row| textures.get(row.0 as usize));
-        masked(color, textures.get(mask.0 as usize)?)
-    });
-    match made {
+    let make = |textures: &[Texture]| {
+        let color = material.color_map.map(|row| &textures[row.0 as usize]);
+        masked(color, &textures[mask.0 as usize])
+            .ok_or_else(|| "a `map_d` is left out: it has not the size of its `map_Kd`".to_owned())
+    };
+    match pictures.made(Recipe::CutOut(material.color_map, mask), make, warnings) {
         Some(row) => material.color_map = Some(row),
-        None => {
-            warnings.push("a `map_d` is left out: it has not the size of its `map_Kd`");
-            material.alpha_cutoff = None;
-        }
+        None => material.alpha_cutoff = None,
     }
 }
 
@@ -197,7 +193,23 @@ struct Map {
     times: f64,
 }
 
-/// A map's file behind its options; words after an option belong to it while they are numbers, switches or channels.
+/// Whether a word belongs to an option that has so many arguments already: as MTL's manual says, or exporters do. After an
+/// option that neither knows, all numbers and switches do.
+fn is_argument(word: &str, option: &str, arguments: usize) -> bool {
+    let is_number = word.parse::<f64>().is_ok();
+    let is_switch = matches!(word, "on" | "off");
+    match option {
+        "" => false,
+        "-s" | "-o" | "-t" => arguments < 3 && is_number,
+        "-mm" => arguments < 2 && is_number,
+        "-bm" | "-boost" | "-texres" => arguments < 1 && is_number,
+        "-blendu" | "-blendv" | "-cc" | "-clamp" => arguments < 1 && is_switch,
+        "-imfchan" | "-type" | "-colorspace" => arguments < 1,
+        _ => is_number || is_switch,
+    }
+}
+
+/// A map's file behind its options.
 fn map_of(text: &str) -> Option<Map> {
     let mut map = Map {
         file: String::new(),
@@ -212,12 +224,9 @@ fn map_of(text: &str) -> Option<Map> {
             .parse::<f64>()
             .ok()
             .filter(|number| number.abs() <= 1e6);
-        let is_argument = word.parse::<f64>().is_ok()
-            || matches!(word, "on" | "off")
-            || (matches!(option, "-imfchan" | "-type") && word.len() <= 12);
         if word.starts_with('-') && word.parse::<f64>().is_err() {
             (option, arguments) = (word, 0);
-        } else if option.is_empty() || !is_argument {
+        } else if !is_argument(word, option, arguments) {
             break;
         } else {
             match (option, arguments, number) {
@@ -247,15 +256,18 @@ fn rgb(color: [f64; 3]) -> Vec3 {
     }))
 }
 
-fn emission_of(mtl: &tobj::Material, color: Vec3) -> f32 {
-    let emissive = parameter(mtl, "Ke")
+/// Colour, `diffuse` and `emission` of an entry that scatters light of this colour.
+fn glow(mtl: &tobj::Material, color: Vec3) -> (Vec3, f32, f32) {
+    let light = parameter(mtl, "Ke")
         .or(mtl.emissive)
-        .map_or(0.0, |e| rgb(e).max_element());
-    let brightest = color.max_element();
+        .map_or(Vec3::ZERO, rgb);
+    let (emission, brightest) = (light.max_element(), color.max_element());
     if brightest > 0.0 {
-        emissive / brightest
+        (color, 1.0, emission / brightest)
+    } else if emission > 0.0 {
+        (light / emission, 0.0, emission)
     } else {
-        0.0
+        (color, 1.0, 0.0)
     }
 }
 
@@ -331,6 +343,9 @@ mod tests {
         assert_eq!((tinted.filter, tinted.transmit), (0.75, 0.0));
         assert_eq!(tinted.color, Vec3::X);
         assert_eq!(mtl("Kd 0.5 0.5 0.5\nKe 1 1 1").emission, 2.0);
+        let lamp = mtl("Kd 0 0 0\nKe 4 2 0");
+        assert_eq!((lamp.emission, lamp.diffuse), (4.0, 0.0));
+        assert_eq!(lamp.color, Vec3::new(1.0, 0.5, 0.0));
     }
 
     #[test]
@@ -341,6 +356,10 @@ mod tests {
             ("-s 1 2 3 -clamp on a b.png", "a b.png", Wrap::Clamp),
             ("-bm 0.5 C:\\maps\\x.bmp", "C:\\maps\\x.bmp", Wrap::Repeat),
             ("-imfchan r -o -1 0 2.tga", "2.tga", Wrap::Repeat),
+            ("-colorspace sRGB -o 0.1 x.jpg", "x.jpg", Wrap::Repeat),
+            ("-bm 3 2 x.png", "2 x.png", Wrap::Repeat),
+            ("-s 1 1 1 7 -o x.png", "7 -o x.png", Wrap::Repeat),
+            ("-newer 1 on 2 x.png", "x.png", Wrap::Repeat),
         ] {
             assert_eq!(map(text), Some((file.to_owned(), wrap)), "{text}");
         }

@@ -6,7 +6,7 @@
 mod plain;
 
 use std::cell::RefCell;
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 use std::path::Path;
 
 use glam::{DVec2, DVec3, Vec2, Vec3, Vec4};
@@ -16,8 +16,8 @@ use super::{
     Content, Files, Lie, Model, Node, Outline, Part, Pictures, Warnings, bytes_of, caught,
     material_of, with_pictures,
 };
-use crate::world::{MeshData, linear_light, triangulate_face};
-use plain::{plain, plain_materials};
+use crate::world::{Material, MeshData, linear_light, triangulate_face};
+use plain::{MATERIAL_FILES, plain, plain_materials};
 
 /// Reads an OBJ file and the MTL files it names, which are looked for beside it.
 ///
@@ -54,8 +54,8 @@ fn text_of(bytes: &[u8], warnings: &mut Warnings) -> String {
 fn read(text: &str, warnings: Warnings, files: &Files, open: &Open) -> Result<Model, String> {
     // tobj asks for material files through a shared closure.
     let warnings = RefCell::new(warnings);
-    let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |name| {
-        Ok(load_materials(name, open, &mut warnings.borrow_mut()))
+    let loaded = tobj::load_obj_buf(&mut text.as_bytes(), &options(), |line| {
+        Ok(load_libraries(line, open, &mut warnings.borrow_mut()))
     });
     let (models, materials) =
         loaded.map_err(|error| format!("it is not a valid OBJ file: {error}"))?;
@@ -72,15 +72,17 @@ fn read(text: &str, warnings: Warnings, files: &Files, open: &Open) -> Result<Mo
             (mtl.name.clone(), material)
         })
         .collect();
+    warn_of_unknown_materials(text, &materials, &mut warnings);
     let mut model = Model {
         textures: pictures.textures,
         materials,
         warnings,
         ..Model::default()
     };
+    let white = white_of(&models);
     let group = |source: &tobj::Model| {
         let lie = source.mesh.material_id.and_then(|row| lies.get(row));
-        group_of(source, lie.copied().unwrap_or_default())
+        group_of(source, (lie.copied().unwrap_or_default(), white))
     };
     let groups: Vec<_> = models.par_iter().map(group).collect();
     for (source, group) in models.iter().zip(groups) {
@@ -130,10 +132,10 @@ struct Group {
     warnings: Warnings,
 }
 
-fn group_of(source: &tobj::Model, lie: Lie) -> Group {
+fn group_of(source: &tobj::Model, looks: (Lie, f64)) -> Group {
     let mut warnings = Warnings::default();
     Group {
-        mesh: mesh_of(source, lie, &mut warnings),
+        mesh: mesh_of(source, looks, &mut warnings),
         outline: outline_of(&source.mesh),
         warnings,
     }
@@ -180,12 +182,51 @@ fn points(flat: &[f64]) -> Vec<DVec3> {
     points.iter().copied().map(DVec3::from_array).collect()
 }
 
-/// Entries of one MTL file; a file that cannot be read is a warning and no entries.
-fn load_materials(
-    name: &Path,
-    open: &Open,
+/// Says which names of materials are no entry's, where there is any entry: else it is told that there is no file of them.
+fn warn_of_unknown_materials(
+    text: &str,
+    materials: &[(String, Material)],
     warnings: &mut Warnings,
-) -> (Vec<tobj::Material>, HashMap<String, usize>) {
+) {
+    let named = |key| {
+        text.lines()
+            .filter_map(move |line: &str| line.strip_prefix(key))
+    };
+    if materials.is_empty() && named("mtllib ").next().is_some() {
+        return;
+    }
+    let mut known: HashSet<&str> = materials.iter().map(|(name, _)| name.as_str()).collect();
+    for name in named("usemtl ") {
+        if known.insert(name) {
+            warnings.push(format!(
+                "there is no material `{name}`; what wears it is plain"
+            ));
+        }
+    }
+}
+
+/// Entries of the MTL files that a line names: one, in whose name there may be spaces, or else one a word.
+fn load_libraries(line: &Path, open: &Open, warnings: &mut Warnings) -> Library {
+    let text = line.to_string_lossy();
+    let words: Vec<&str> = text.split_whitespace().take(MATERIAL_FILES).collect();
+    if words.len() < 2 || open(line).is_ok() {
+        return load_materials(line, open, warnings);
+    }
+    let (mut entries, mut rows) = Library::default();
+    for word in words {
+        let (more, named) = load_materials(Path::new(word), open, warnings);
+        let before = entries.len();
+        rows.extend(named.into_iter().map(|(name, row)| (name, before + row)));
+        entries.extend(more);
+    }
+    (entries, rows)
+}
+
+/// Entries of MTL files, and their rows by name.
+type Library = (Vec<tobj::Material>, HashMap<String, usize>);
+
+/// Entries of one MTL file; a file that cannot be read is a warning and no entries.
+fn load_materials(name: &Path, open: &Open, warnings: &mut Warnings) -> Library {
     let read = open(name).and_then(|bytes| {
         let text = plain_materials(
             &String::from_utf8_lossy(&bytes),
@@ -209,10 +250,10 @@ const FARTHEST_UV: f32 = 1e6;
 /// A corner of a face: vertex, texture coordinate and normal.
 type Corner = (u32, Option<u32>, Option<u32>);
 
-/// A group's mesh, on which pictures lie so, and which vertex of the group each of its vertices is.
+/// A group's mesh, on which pictures lie so and colours are of this unit, and which vertex of the group each of its vertices is.
 fn mesh_of(
     source: &tobj::Model,
-    lie: Lie,
+    (lie, white): (Lie, f64),
     warnings: &mut Warnings,
 ) -> Result<(MeshData, Vec<u32>), String> {
     let mesh = &source.mesh;
@@ -260,18 +301,25 @@ fn mesh_of(
         ));
         weld.uvs.clear();
     }
-    let colors = colors_of(&source.mesh.vertex_color, &weld.sources);
+    let colors = colors_of(&source.mesh.vertex_color, white, &weld.sources);
     let mesh = mesh.with_looks(weld.uvs, colors)?;
     Ok((mesh, weld.sources))
 }
 
-/// The colours of vertices, which displays take as they are: from 0 to 1, or to 255 where one is above 1. None where one is no
-/// number.
-fn colors_of(flat: &[f64], sources: &[u32]) -> Vec<Vec4> {
+/// The white of a file's colours of vertices: 255 where one is clearly above 1, which is what others have.
+fn white_of(models: &[tobj::Model]) -> f64 {
+    let colors = models.par_iter().map(|model| &model.mesh.vertex_color);
+    let most = |flat: &Vec<f64>| flat.iter().copied().fold(0.0, f64::max);
+    match colors.map(most).reduce(|| 0.0, f64::max) > 2.0 {
+        true => 255.0,
+        false => 1.0,
+    }
+}
+
+/// The colours of vertices, which displays take as they are, from 0 to white. None where one is no number.
+fn colors_of(flat: &[f64], white: f64, sources: &[u32]) -> Vec<Vec4> {
     let (colors, _) = flat.as_chunks::<3>();
-    let most = flat.iter().copied().fold(0.0, f64::max);
-    let unit = if most > 1.0 { 255.0 } else { 1.0 };
-    let light = |x: f64| linear_light((x / unit).clamp(0.0, 1.0)) as f32;
+    let light = |x: f64| linear_light((x / white).clamp(0.0, 1.0)) as f32;
     let color = |&source: &u32| {
         let color = colors.get(source as usize)?;
         let is_color = color.iter().all(|x| x.is_finite());

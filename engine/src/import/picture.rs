@@ -4,6 +4,7 @@
 //! that gives up ends nothing.
 
 use std::collections::HashMap;
+use std::fmt;
 use std::io::Cursor;
 use std::path::{Path, PathBuf};
 
@@ -125,6 +126,16 @@ pub enum Recipe {
     Heights(TextureId, u64),
 }
 
+impl fmt::Display for Recipe {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(match self {
+            Self::CutOut(..) => "picture that is cut out",
+            Self::Steeper(..) => "normal map with its own steepness",
+            Self::Heights(..) => "map of heights",
+        })
+    }
+}
+
 /// Texels along an edge of the hatch, and of a stripe along it.
 const HATCH: [u32; 2] = [64, 16];
 
@@ -143,6 +154,8 @@ pub fn hatch(wrap: Wrap) -> Texture {
 
 /// Texels of all pictures of a model together: as many as four of the largest have.
 const MOST_TEXELS_OF_ALL: u64 = 4 * MOST_TEXELS;
+/// What is said of pictures beyond these.
+const TOO_MANY: &str = "its pictures come to too many texels";
 
 /// The textures of a model under way: each picture once a use, missing ones told once.
 ///
@@ -152,8 +165,8 @@ pub struct Pictures<'a> {
     files: &'a Files,
     rows: HashMap<(String, ColorSpace, Wrap), Option<TextureId>>,
     /// Pictures that were made of others, by what they were made of and how.
-    made: HashMap<Recipe, TextureId>,
-    /// Texels that may still be read.
+    made: HashMap<Recipe, Option<TextureId>>,
+    /// Texels that may still be read or made.
     room: u64,
     /// Rows of [`super::Model::textures`].
     pub textures: Vec<Texture>,
@@ -207,7 +220,7 @@ impl<'a> Pictures<'a> {
             return row;
         }
         let read = match self.room {
-            0 => Err("its pictures come to too many texels".into()),
+            0 => Err(TOO_MANY.into()),
             _ => read(),
         };
         let texture = match read {
@@ -222,39 +235,58 @@ impl<'a> Pictures<'a> {
                 is_hatched.then(|| hatch(wrap))
             }
         };
-        let row = texture.map(|texture| {
-            let texels = texture.levels.first().map_or(0, |level| level.texels.len());
-            self.room = self.room.saturating_sub(texels as u64);
-            self.textures.push(texture);
-            TextureId(self.textures.len() as u32 - 1)
-        });
+        let row = texture.map(|texture| self.add(texture));
         self.rows.insert(key, row);
         row
     }
 
-    /// The texture that a recipe makes of those that are there, once.
+    /// Adds a texture, which takes of the room for all.
+    fn add(&mut self, texture: Texture) -> TextureId {
+        let texels = texture.levels.first().map_or(0, |level| level.texels.len());
+        self.room = self.room.saturating_sub(texels as u64);
+        self.textures.push(texture);
+        TextureId(self.textures.len() as u32 - 1)
+    }
+
+    /// The texture that a recipe makes of those that are there, once; none, and a warning, where it makes none or there is
+    /// no room for it.
     pub fn made(
         &mut self,
         recipe: Recipe,
-        make: impl FnOnce(&[Texture]) -> Option<Texture>,
+        make: impl FnOnce(&[Texture]) -> Result<Texture, String>,
+        warnings: &mut Warnings,
     ) -> Option<TextureId> {
         if let Some(&row) = self.made.get(&recipe) {
-            return Some(row);
+            return row;
         }
-        self.textures.push(make(&self.textures)?);
-        let row = TextureId(self.textures.len() as u32 - 1);
+        let made = match self.room {
+            0 => Err(format!("a {recipe} is left out: {TOO_MANY}")),
+            _ => make(&self.textures),
+        };
+        let row = match made {
+            Ok(texture) => Some(self.add(texture)),
+            Err(why) => {
+                warnings.push(why);
+                None
+            }
+        };
         self.made.insert(recipe, row);
-        Some(row)
+        row
     }
 
     /// The normal map so many times as steep: that itself where it is 1.
-    pub fn steeper(&mut self, map: TextureId, times: f64) -> Option<TextureId> {
-        if times == 1.0 || !times.is_finite() {
+    pub fn steeper(
+        &mut self,
+        map: TextureId,
+        times: f64,
+        warnings: &mut Warnings,
+    ) -> Option<TextureId> {
+        let is_alike = times == 1.0 || !times.is_finite();
+        if is_alike || map.0 as usize >= self.textures.len() {
             return Some(map);
         }
-        self.made(Recipe::Steeper(map, times.to_bits()), |textures| {
-            Some(textures.get(map.0 as usize)?.steeper(times))
-        })
+        let steeper = |textures: &[Texture]| Ok(textures[map.0 as usize].steeper(times));
+        self.made(Recipe::Steeper(map, times.to_bits()), steeper, warnings)
     }
 
     /// Where a file is: as it is named, or beside the model under the last part of its name. Names come from other
@@ -330,6 +362,25 @@ mod tests {
             let _ = decoded(&bmp(2, 1)[..cut], None);
         }
         assert!(decoded(&[], Some("png")).is_err());
+    }
+
+    #[test]
+    fn pictures_made_of_others_take_of_the_room_for_all() {
+        let files = Files::of_folder(Path::new("no such folder"));
+        let mut pictures = Pictures::new(&files);
+        let mut warnings = Warnings::default();
+        let bytes = bmp(2, 1);
+        let picture = ("flat", bytes.as_slice(), None);
+        let map = pictures.bytes(picture, (ColorSpace::Linear, Wrap::Clamp), &mut warnings);
+        let map = map.expect("a picture");
+        pictures.room = 2;
+        let steep = [2.0, 3.0, 2.0, 3.0, 1.0];
+        let rows = steep.map(|times| pictures.steeper(map, times, &mut warnings));
+        let made = Some(TextureId(1));
+        assert_eq!(rows, [made, None, made, None, Some(map)]);
+        assert_eq!((pictures.room, pictures.textures.len()), (0, 2));
+        let told = warnings.sentences();
+        assert!(told.len() == 1 && told[0].ends_with(TOO_MANY), "{told:?}");
     }
 
     #[test]

@@ -113,7 +113,7 @@ fn material_of(
         let plain = Coordinates::of_set(texture.tex_coord());
         if *wanted.get_or_insert(plain) == plain {
             let map = maps.texture(&texture.texture(), ColorSpace::Linear, warnings);
-            result.normal_map = map.and_then(|map| maps.steeper(map, texture.scale()));
+            result.normal_map = map.and_then(|map| maps.steeper(map, texture.scale(), warnings));
         } else {
             let name = material.name().unwrap_or_default();
             warnings.push(format!(

@@ -52,8 +52,13 @@ impl<'a> Maps<'a> {
     }
 
     /// The row of a normal map so many times as steep.
-    pub fn steeper(&mut self, map: TextureId, times: f32) -> Option<TextureId> {
-        self.shown.steeper(map, times.into())
+    pub fn steeper(
+        &mut self,
+        map: TextureId,
+        times: f32,
+        warnings: &mut Warnings,
+    ) -> Option<TextureId> {
+        self.shown.steeper(map, times.into(), warnings)
     }
 
     /// The mean of a texture of plain numbers, from 0 to 1.

@@ -7,8 +7,8 @@ use std::collections::HashSet;
 
 use crate::import::Warnings;
 
-/// Material files that are read of one model.
-const MATERIAL_FILES: usize = 100;
+/// Lines of material files that are read of one model, and files of one line.
+pub const MATERIAL_FILES: usize = 100;
 
 /// Behind the normals of a text that has any, for faces whose own are not there.
 const NO_NORMAL: &str = "vn 0 0 0\n";

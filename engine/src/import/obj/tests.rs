@@ -290,3 +290,62 @@ fn a_material_file_is_read_once_however_often_it_is_named() {
     });
     assert_eq!((count.get(), model.unwrap().materials.len()), (1, 1));
 }
+
+#[test]
+fn a_line_names_one_material_file_with_spaces_or_several() {
+    let read = |line: &str| {
+        let text = format!("mtllib {line}\n{SQUARE}usemtl b\nf 1 2 3\nusemtl a\nf 1 3 4\n");
+        let open = |name: &Path| match name.to_str() {
+            Some("a.mtl") => Ok(b"newmtl a\nKd 1 0 0\n".to_vec()),
+            Some("b.mtl") => Ok(b"newmtl c\nnewmtl b\nKd 0 0 1\n".to_vec()),
+            Some("a b.mtl") => Ok(b"newmtl a\nKd 1 0 0\nnewmtl b\nKd 0 0 1\n".to_vec()),
+            _ => Err("it is not there".to_owned()),
+        };
+        let model = read_obj(text.as_bytes(), Path::new("nowhere"), &open).unwrap();
+        let color = |content: &Content| model.materials[content.material().unwrap()].1.color;
+        assert_eq!(
+            model.contents().map(color).collect::<Vec<_>>(),
+            [Vec3::Z, Vec3::X]
+        );
+        model.warnings.sentences()
+    };
+    assert_eq!(read("a b.mtl").len(), 0);
+    assert_eq!(read("a.mtl b.mtl").len(), 0);
+    assert_eq!(
+        read("a.mtl gone.mtl  b.mtl"),
+        ["material file gone.mtl: it is not there"]
+    );
+}
+
+#[test]
+fn a_material_that_is_not_there_is_told_once() {
+    let text = format!(
+        "mtllib a.mtl\n{SQUARE}usemtl a\nf 1 2 3\nusemtl b\nf 1 3 4\nusemtl a\nusemtl b\nf 2 3 4\n"
+    );
+    let told = |text: &str| {
+        let open = |_: &Path| Ok(b"newmtl a\n".to_vec());
+        let model = read_obj(text.as_bytes(), Path::new("nowhere"), &open).unwrap();
+        model.warnings.sentences()
+    };
+    assert_eq!(
+        told(&text),
+        ["there is no material `b`; what wears it is plain"]
+    );
+    assert_eq!(told(&text.replace("mtllib a.mtl\n", "")).len(), 2);
+}
+
+#[test]
+fn the_unit_of_colours_is_one_for_the_whole_file() {
+    let file = |white: &str| {
+        let dark = "v 0 0 0 1 1 1\nv 1 0 0 1 1 1\nv 0 1 0 1 1 1\n";
+        let text = format!(
+            "{dark}{}o a\nf 1 2 3\no b\nf 4 5 6\n",
+            dark.replace(" 1 1 1", white)
+        );
+        let parts = import(&text).unwrap().parts;
+        [0, 1].map(|part| parts[part].mesh.colors[0].x)
+    };
+    let byte = linear_light(1.0 / 255.0) as f32;
+    assert_eq!(file(" 255 255 255"), [byte, 1.0]);
+    assert_eq!(file(" 1.01 1.01 1.01"), [1.0, 1.0]);
+}
