@@ -99,3 +99,46 @@ fn head_of(key: &KeyBytes, rest: &[u8]) -> [u8; HEAD] {
     head[88..].copy_from_slice(&(rest.len() as u64).to_le_bytes());
     head
 }
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+    use crate::import::{Node, Part};
+    use crate::world::{Level, MeshData, Texture};
+
+    #[test]
+    fn what_would_take_too_much_room_is_not_encoded() {
+        let part = |vertices| Part {
+            mesh: MeshData {
+                vertices: vec![DVec3::ONE; vertices],
+                ..MeshData::default()
+            },
+            ..Part::default()
+        };
+        let level = Level {
+            width: 40,
+            height: 50,
+            texels: vec![[1, 2, 3, 4]; 2000],
+        };
+        let texture = Texture {
+            levels: vec![level],
+            ..Texture::default()
+        };
+        let mut model = Model {
+            nodes: vec![Node::default(); 300],
+            parts: [1, 100, 10_000].map(part).to_vec(),
+            textures: vec![texture; 3],
+            ..Model::default()
+        };
+        model.warnings.push("it is odd");
+        let files = [("a.png".to_owned(), Some([7; 32])), ("b".to_owned(), None)];
+        let encoded = |most_bytes| encode(&[9; 32], (&files, &model), most_bytes);
+        let bytes = encoded(u64::MAX).unwrap().len() as u64;
+        let least = least_size(&files, &model).unwrap();
+        assert!(least <= bytes && bytes < least + 64, "{least} of {bytes}");
+        assert_eq!(encoded(bytes).map(|all| all.len() as u64), Some(bytes));
+        assert_eq!(encoded(least - 1), None);
+    }
+}
