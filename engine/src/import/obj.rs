@@ -4,6 +4,7 @@
 //! by ear clipping, so concave ones come out right; points and lines are left out.
 
 mod plain;
+mod weld;
 
 use std::cell::RefCell;
 use std::collections::{HashMap, HashSet};
@@ -18,6 +19,7 @@ use super::{
 };
 use crate::world::{Material, MeshData, linear_light, triangulate_face};
 use plain::{MATERIAL_FILES, plain, plain_materials};
+use weld::Weld;
 
 /// Reads an OBJ file and the MTL files it names, which are looked for beside it.
 ///
@@ -358,55 +360,6 @@ fn faces(source: &tobj::Model) -> Result<Vec<Vec<Corner>>, String> {
         Ok(range.map(corner).collect())
     };
     arities.into_iter().map(face).collect()
-}
-
-/// Vertices in the order of their first use, one a position, texture coordinate and normal.
-#[derive(Default)]
-struct Weld {
-    rows: HashMap<Corner, u32>,
-    vertices: Vec<DVec3>,
-    normals: Vec<Vec3>,
-    uvs: Vec<Vec2>,
-    sources: Vec<u32>,
-}
-
-impl Weld {
-    fn row(
-        &mut self,
-        corner: Corner,
-        positions: &[DVec3],
-        uvs: &[DVec2],
-        normals: &[DVec3],
-    ) -> Result<u32, String> {
-        if let Some(&row) = self.rows.get(&corner) {
-            return Ok(row);
-        }
-        let (vertex, uv, normal) = corner;
-        let missing = |what: &str, i: u32, count: usize| {
-            format!("a face names {what} {i}, but there are {count}")
-        };
-        let position = positions
-            .get(vertex as usize)
-            .ok_or_else(|| missing("vertex", vertex, positions.len()))?;
-        if let Some(normal) = normal {
-            let given = normals
-                .get(normal as usize)
-                .ok_or_else(|| missing("normal", normal, normals.len()))?;
-            self.normals.push(given.normalize_or_zero().as_vec3());
-        }
-        if let Some(uv) = uv {
-            let uv = uvs
-                .get(uv as usize)
-                .ok_or_else(|| missing("texture coordinate", uv, uvs.len()))?;
-            // OBJ counts v from the lower edge.
-            self.uvs.push(DVec2::new(uv.x, 1.0 - uv.y).as_vec2());
-        }
-        let row = self.vertices.len() as u32;
-        self.vertices.push(*position);
-        self.sources.push(vertex);
-        self.rows.insert(corner, row);
-        Ok(row)
-    }
 }
 
 /// Triangles of a face with its own winding, and whether it crosses itself.
