@@ -33,10 +33,10 @@ pub fn import(path: &Path, files: &Files) -> Result<Model, String> {
     read(&text, warnings, files, &open)
 }
 
-/// [`import`] for bytes. `open` gives those of its material files by their names; pictures are in the folder.
+/// `import` for bytes. `open` gives those of its material files by their names; pictures are in the folder.
 ///
 /// # Errors
-/// See [`import`].
+/// See `import`.
 pub fn read_obj(bytes: &[u8], folder: &Path, open: &Open) -> Result<Model, String> {
     let mut warnings = Warnings::default();
     let text = text_of(bytes, &mut warnings);

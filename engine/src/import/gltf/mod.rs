@@ -37,10 +37,10 @@ pub fn import(path: &Path, files: &Files) -> Result<Model, String> {
     read(&files.bytes(path)?, files)
 }
 
-/// [`import`] for bytes; `folder` is where its buffers are.
+/// `import` for bytes; `folder` is where its buffers are.
 ///
 /// # Errors
-/// See [`import`].
+/// See `import`.
 pub fn read_gltf(bytes: &[u8], folder: &Path) -> Result<Model, String> {
     read(bytes, &Files::of_folder(folder))
 }

@@ -39,10 +39,10 @@ fn text(bytes: &[u8]) -> String {
     String::from_utf8_lossy(bytes).into_owned()
 }
 
-/// [`import`] of a text; `open` gives those of included files by their names.
+/// `import` of a text; `open` gives those of included files by their names.
 ///
 /// # Errors
-/// See [`import`].
+/// See `import`.
 pub fn import_nff_text(
     text: &str,
     open: &dyn Fn(&str) -> Result<String, String>,
