@@ -6,6 +6,8 @@
 
 mod sight;
 
+use std::ops::ControlFlow;
+
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::SingleThreadedExecutor;
 
@@ -52,10 +54,13 @@ fn frame(world: &mut World, play: &mut Play) {
     let mut framing = Framing::new();
     for i in 0..play.moments.len() {
         play.pose(world, i);
-        each_thing(world, |thing| match thing {
-            Thing::Points(points) => framing.add_points(points),
-            Thing::Ball(map, radius) => framing.add_ball(map, radius),
-            Thing::Box(map, min, max) => framing.add_box(map, min, max),
+        let _ = each_thing(world, |thing| {
+            match thing {
+                Thing::Points(points) => framing.add_points(points),
+                Thing::Ball(map, radius) => framing.add_ball(map, radius),
+                Thing::Box(map, min, max) => framing.add_box(map, min, max),
+            }
+            ControlFlow::Continue(())
         });
     }
     world.insert_resource(framing);
@@ -67,20 +72,26 @@ fn blind_cameras(world: &mut World, play: &mut Play) -> Vec<Entity> {
     let cameras = cameras(world);
     let (mut first, mut is_empty) = (cameras.len(), true);
     for i in 0..play.moments.len() {
-        if first == 0 {
-            break;
+        if i > 0 {
+            play.pose(world, i);
         }
-        play.pose(world, i);
         let mut eyes = world.query::<(&Camera, &GlobalTransform)>();
         let sight = |&camera| eyes.get(world, camera).ok();
         let sights: Vec<Sight> = cameras.iter().filter_map(sight).map(Sight::of).collect();
-        each_thing(world, |thing| {
+        let found = each_thing(world, |thing| {
             is_empty = false;
             let mut before = sights.iter().take(first);
             first = before
                 .position(|sight| sight.meets(&thing))
                 .unwrap_or(first);
+            match first {
+                0 => ControlFlow::Break(()),
+                _ => ControlFlow::Continue(()),
+            }
         });
+        if found.is_break() {
+            break;
+        }
     }
     match is_empty {
         true => Vec::new(),
@@ -153,8 +164,8 @@ fn moments(world: &mut World) -> Vec<f64> {
 
 type Placed = (&'static GlobalTransform, &'static GlobalVisibility);
 
-/// Hands out all that is seen now and has an end.
-fn each_thing(world: &mut World, mut add: impl FnMut(Thing)) {
+/// Hands out all that is seen now and has an end, until told to break off.
+fn each_thing(world: &mut World, mut add: impl FnMut(Thing) -> ControlFlow<()>) -> ControlFlow<()> {
     let mut shown = world.query::<(Placed, &Mesh, Option<&OwnMesh>)>();
     let meshes = world.resource::<Meshes>();
     for ((pose, shown), mesh, own) in shown.iter(world) {
@@ -165,13 +176,13 @@ fn each_thing(world: &mut World, mut add: impl FnMut(Thing)) {
             for point in &mut points {
                 *point = pose.0.transform_point3(*point);
             }
-            add(Thing::Points(points));
+            add(Thing::Points(points))?;
         }
     }
     let mut spheres = world.query::<(Placed, &Sphere)>();
     for ((pose, shown), sphere) in spheres.iter(world) {
         if shown.0 {
-            add(Thing::Ball(pose.0, sphere.radius));
+            add(Thing::Ball(pose.0, sphere.radius))?;
         }
     }
     let mut cylinders = world.query::<(Placed, &Cylinder)>();
@@ -182,7 +193,8 @@ fn each_thing(world: &mut World, mut add: impl FnMut(Thing)) {
     for ((pose, shown), cone) in cylinders.chain(cones) {
         if shown.0 {
             let (min, max) = cone.bounds();
-            add(Thing::Box(pose.0, min, max));
+            add(Thing::Box(pose.0, min, max))?;
         }
     }
+    ControlFlow::Continue(())
 }
