@@ -45,6 +45,7 @@ const EXAMPLES: &str = "\
 Examples:
   orrery                                         play the demo
   orrery two_spheres                             play assets/scenes/two_spheres.ron
+  orrery demo --target-ms 16.7                   60 frames a second, at whatever resolution that leaves
   orrery render demo --frames 0..90              90 pictures of the demo, 3 seconds, into frames/
   orrery render demo --frames 30 --out f30.exr   one picture, linear light, 32-bit float
   orrery bench frame --backend cpu               how long a frame of the demo takes
@@ -180,9 +181,17 @@ pub struct WindowArgs {
     /// Show frames as fast as they come instead of waiting for the display.
     #[arg(long, global = true)]
     pub no_vsync: bool,
-    /// Traced pixels for each of the window's, along an axis, from 0.05 to 1; without it, as many as stay fluid.
-    #[arg(long, global = true, value_name = "F", value_parser = scale)]
+    /// Traced pixels for each of the window's, along an axis, from 0.05 to 1; without it, as many as `--target-ms` allows.
+    #[arg(long, global = true, value_name = "F", value_parser = scale, conflicts_with = "target_ms")]
     pub scale: Option<f64>,
+    /// Milliseconds that a frame is to take, from 1 to 10000: 16.7 is 60 a second, 33 is 30.
+    ///
+    /// Kept by tracing fewer pixels than the window has while things move, and by more samples a frame while nothing does.
+    /// What counts is work, on a GPU by its own clock, not the wait for the display; the title shows it, as in "14.2 of
+    /// 16.7 ms - 1280x720 x0.79". Without it, the processor (and software Vulkan) keeps 50 ms as far as a quarter of the
+    /// pixels along an axis goes; a GPU traces every pixel unless its frames take more than 100 ms. `--scale 1` traces every pixel however long it takes.
+    #[arg(long, global = true, value_name = "MS", value_parser = target_millis)]
+    pub target_ms: Option<f64>,
     /// Samples a pixel up to which a picture refines while nothing changes, one a frame; 0: it does not.
     #[arg(long, global = true, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(0..=i64::from(SAMPLES_CAPACITY)))]
     pub refine: u32,
@@ -287,6 +296,15 @@ fn scale(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a number from 0.05 to 1, as in 0.5".to_owned())
 }
 
+fn target_millis(text: &str) -> Result<f64, String> {
+    f64::from_str(text)
+        .ok()
+        .filter(|millis| (1.0..=10_000.0).contains(millis))
+        .ok_or_else(|| {
+            "expected milliseconds from 1 to 10000, as in 16.7 for 60 frames a second".to_owned()
+        })
+}
+
 fn frames_per_sec(text: &str) -> Result<f64, String> {
     f64::from_str(text)
         .ok()
@@ -354,6 +372,18 @@ mod tests {
         for wrong in ["0", "1.5", "-1", "NaN", "inf", "x"] {
             assert!(scale(wrong).is_err(), "{wrong}");
         }
+    }
+
+    #[test]
+    fn targets_are_milliseconds_and_exclude_a_scale() {
+        assert_eq!(target_millis("16.7"), Ok(16.7));
+        for wrong in ["0", "-5", "1e9", "NaN", "inf", "x", "16ms"] {
+            assert!(target_millis(wrong).is_err(), "{wrong}");
+        }
+        let parsed = Cli::try_parse_from(["orrery", "demo", "--target-ms", "33"]);
+        assert!(parsed.is_ok_and(|cli| cli.window.target_ms == Some(33.0)));
+        let both = Cli::try_parse_from(["orrery", "demo", "--target-ms", "33", "--scale", "0.5"]);
+        assert!(both.is_err());
     }
 
     #[test]

@@ -55,6 +55,7 @@ pub fn run(
         key_map: KeyMap::named(&window.keys).unwrap_or(defaults.key_map),
         vsync: !window.no_vsync,
         resolution_scale: window.scale,
+        target_millis: window.target_ms,
         issues,
         ..WindowOptions::default()
     };

@@ -176,6 +176,30 @@ fn while_nothing_changes_a_picture_refines_to_that_of_all_samples() {
     }
 }
 
+/// However many samples a frame adds: the same ones, one after the other.
+#[test]
+fn the_pace_of_refining_does_not_show_in_the_picture() {
+    let scene = random_scene(3, 20);
+    for mut tracer in tracers() {
+        let mut refined = |refine_by: u32, frames: u32| {
+            let refining = TraceSettings {
+                refine_to: 16,
+                refine_by,
+                ..settings(32, 24)
+            };
+            let mut moved = scene.clone();
+            moved.view.origin.x += 0.1;
+            after_frames(tracer.as_mut(), &moved, &refining, 1);
+            let picture = after_frames(tracer.as_mut(), &scene, &refining, frames);
+            assert_eq!(tracer.samples(), 16, "{}", tracer.backend());
+            picture
+        };
+        let slowly = refined(1, 16);
+        assert!(slowly == refined(4, 5), "four a frame, and the last three");
+        assert!(slowly == refined(100, 2), "all at once");
+    }
+}
+
 /// What a window's size follows: of the samples that refine a picture, and of frames at rest, nothing is measured.
 #[test]
 fn only_pictures_from_the_start_are_timed_as_such() {
@@ -189,7 +213,9 @@ fn only_pictures_from_the_start_are_timed_as_such() {
             scene.view.origin.x += 0.1;
             let timed = [(); 6].map(|()| {
                 picture(tracer.as_mut(), &scene, &refining).expect("a picture");
-                tracer.has_timed_whole()
+                tracer
+                    .timed_picture()
+                    .is_some_and(|time| time.size == refining.size)
             });
             let expected = [true, false, false, false, false, false];
             assert_eq!(timed, expected, "{}", tracer.backend());

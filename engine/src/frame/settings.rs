@@ -20,6 +20,8 @@ pub struct TraceSettings {
     /// Frames in which nothing changed add a sample to every pixel that has fewer than this, up to
     /// [`super::wire::SAMPLES_CAPACITY`]; 0: the picture stays. The f64 reference does not refine.
     pub refine_to: u32,
+    /// Samples that such a frame adds, one after the other: the picture is the same however many, and is there sooner.
+    pub refine_by: u32,
     /// Overrides the scene's number of generations.
     pub max_generations: Option<u32>,
     /// The arithmetic of the f32 tracers; the robust forms unless something is measured against them.
@@ -43,6 +45,7 @@ impl Default for TraceSettings {
             samples: 1,
             adaptive: None,
             refine_to: 0,
+            refine_by: 1,
             max_generations: None,
             kernels: Kernels::default(),
             // A bound in linear light would say nothing of a dim scene that exposure lifts.

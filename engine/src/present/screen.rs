@@ -1,6 +1,7 @@
 //! The swap chain: the picture, and the overlay over it, on a window's surface.
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use bevy_ecs::prelude::*;
 use glam::UVec2;
@@ -25,6 +26,8 @@ pub struct Screen {
     reports: Option<Reports>,
     /// What the last presenting took that has come back.
     time: Option<PassTime>,
+    /// Milliseconds of this frame that the display was waited for: for an image to draw to, and to hand it over.
+    waited: f64,
     /// The tracer's picture lies on this screen's device.
     shares_device: bool,
     /// The swap chain no longer fits the window well; configured anew once its image is shown.
@@ -79,6 +82,7 @@ impl Screen {
         Ok(Self {
             reports: timed.then(|| Reports::new(&gpu)),
             time: None,
+            waited: 0.0,
             pass: PresentPass::new(&gpu.device, format),
             overlay: egui_wgpu::Renderer::new(&gpu.device, format, options),
             gpu,
@@ -129,6 +133,16 @@ impl Screen {
     /// Pixels across and down.
     pub fn size(&self) -> UVec2 {
         UVec2::new(self.config.width, self.config.height)
+    }
+
+    /// Milliseconds that the last frame waited for the display.
+    pub fn waited_millis(&self) -> f64 {
+        self.waited
+    }
+
+    /// Milliseconds of the device on presenting, of the last that has come back; 0 where it has no timestamps.
+    pub fn present_millis(&self) -> f64 {
+        self.time.as_ref().map_or(0.0, |time| time.millis)
     }
 
     /// What went wrong with presenting since the last call.
@@ -188,7 +202,10 @@ impl Screen {
     /// Draws picture and overlay and hands the image to the display.
     fn present(&mut self, ui: &mut Ui, look: Look) {
         self.upload_overlay(ui);
-        if let Some(image) = self.next_image() {
+        let start = Instant::now();
+        let image = self.next_image();
+        self.waited = millis_since(start);
+        if let Some(image) = image {
             self.draw(image, ui, look);
         }
         for id in ui.textures.free.drain() {
@@ -229,9 +246,15 @@ impl Screen {
         if let Some((reports, slot)) = report {
             reports.request(slot);
         }
+        let start = Instant::now();
         queue.present(image);
+        self.waited += millis_since(start);
         self.fault = self.gpu.check().err();
     }
+}
+
+fn millis_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64() * 1e3
 }
 
 fn lost_again() -> TraceError {

@@ -47,7 +47,7 @@ pub use systems::{ActiveTracer, OtherPasses, TraceFault, plugin};
 
 use std::fmt;
 
-use glam::Vec3;
+use glam::{UVec2, Vec3};
 
 use crate::frame::{FrameScene, TraceSettings};
 
@@ -211,6 +211,15 @@ impl PassTime {
     }
 }
 
+/// What a picture from its start took where its rays are traced.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PictureTime {
+    /// Pixels across and down.
+    pub size: UVec2,
+    /// Milliseconds of its rays.
+    pub rays: f64,
+}
+
 /// The processor and the threads that trace on it, in words.
 pub(crate) fn host_description() -> String {
     let model = std::fs::read_to_string("/proc/cpuinfo")
@@ -326,7 +335,17 @@ pub trait Tracer: Send + Sync {
     /// Times of the last picture's passes, in order. On a GPU: of the last picture that has come back.
     fn pass_times(&self) -> Vec<PassTime>;
 
-    /// Whether the times of rays among these are new in this frame and those of a picture from its start: not of a sample
-    /// that refined one, not of a frame that rested.
-    fn has_timed_whole(&self) -> bool;
+    /// What a picture from its start took, if that is new in this frame: not of a sample that refined one, not of a frame
+    /// that rested.
+    fn timed_picture(&self) -> Option<PictureTime>;
+
+    /// Milliseconds that the device worked on the last picture that has come back, and on its trees; none: the host works.
+    fn device_millis(&self) -> Option<f64> {
+        None
+    }
+
+    /// Whether rays are traced by the processor, be it as software Vulkan.
+    fn runs_on_processor(&self) -> bool {
+        true
+    }
 }

@@ -1,7 +1,7 @@
 //! How far a picture has come: whether one is due, whether the one there is still refines, or whether all rests.
 //!
-//! Where nothing changed, each frame adds the next sample of the sequence to every pixel that has fewer than
-//! `TraceSettings::refine_to`, as a running mean; with the last one the picture is that of so many samples from the
+//! Where nothing changed, each frame adds the next samples of the sequence (`TraceSettings::refine_by`) to every pixel that has
+//! fewer than `TraceSettings::refine_to`, one after the other, as a running mean; with the last one the picture is that of so many samples from the
 //! start, but for the rounding of sums. Anything that changes starts over. Both f32 tracers ask here what to do.
 
 use crate::frame::TraceSettings;
@@ -14,8 +14,13 @@ pub enum Due {
     Nothing,
     /// A picture from the start.
     Picture,
-    /// The next sample of each pixel that has fewer than these.
-    Refinement(u32),
+    /// The next samples of each pixel that has fewer than `limit`.
+    Refinement {
+        /// Samples that no pixel goes beyond.
+        limit: u32,
+        /// How many, one after the other.
+        by: u32,
+    },
 }
 
 /// See the module.
@@ -25,6 +30,8 @@ pub struct Progress {
     /// Samples that every pixel has.
     taken: u32,
     limit: u32,
+    /// Samples that a frame adds.
+    by: u32,
 }
 
 impl Progress {
@@ -32,6 +39,7 @@ impl Progress {
     pub fn note(&mut self, has_changed: bool, settings: &TraceSettings) {
         self.has_changed |= has_changed;
         self.limit = settings.refine_to.min(SAMPLES_CAPACITY);
+        self.by = settings.refine_by.max(1);
     }
 
     /// What is to be traced.
@@ -39,7 +47,10 @@ impl Progress {
         if self.has_changed {
             Due::Picture
         } else if (1..self.limit).contains(&self.taken) {
-            Due::Refinement(self.limit)
+            Due::Refinement {
+                limit: self.limit,
+                by: self.by.min(self.limit - self.taken),
+            }
         } else {
             Due::Nothing
         }
@@ -53,7 +64,7 @@ impl Progress {
                 self.taken = first_samples(view);
                 self.has_changed = false;
             }
-            Due::Refinement(_) => self.taken += 1,
+            Due::Refinement { by, .. } => self.taken += by,
         }
     }
 
@@ -104,7 +115,7 @@ mod tests {
                 progress.done(due, &view);
                 seen.push((due, progress.samples()));
             }
-            let refined = |samples| (Due::Refinement(4), samples);
+            let refined = |samples| (Due::Refinement { limit: 4, by: 1 }, samples);
             let expected = [
                 (Due::Picture, 2),
                 refined(3),

@@ -13,9 +13,10 @@ use winit::window::{Fullscreen, Window, WindowId};
 
 use super::commands::{Requests, screenshot_path};
 use super::dropped::Dropped;
-use super::resolution::{Resolution, whole_picture_millis};
+use super::resolution::Resolution;
 use super::router::{self, Router};
-use super::title::{Title, words};
+use super::title::{Caption, Title};
+use super::work::Work;
 use super::{WindowError, WindowOptions};
 use crate::app::Engine;
 use crate::editor::{EditorState, Notices, theme};
@@ -120,7 +121,7 @@ impl<'a> WindowApp<'a> {
             Some(gpu.device.limits().max_texture_dimension_2d as usize),
         );
         Ok(Open {
-            resolution: Resolution::new(self.options.resolution_scale, self.first_scale(&gpu)),
+            resolution: self.first_resolution(),
             window,
             router: Router::new(overlay_input),
             title: Title::new(),
@@ -154,17 +155,13 @@ impl<'a> WindowApp<'a> {
         Ok(device)
     }
 
-    /// A processor starts at half the resolution; its pace decides from there.
-    fn first_scale(&self, gpu: &Gpu) -> f64 {
+    fn first_resolution(&self) -> Resolution {
         let tracer = &self.engine.world.resource::<ActiveTracer>().0;
-        let on_device = tracer
+        let is_slow = tracer
             .as_ref()
-            .is_some_and(|tracer| tracer.backend() == Backend::Gpu);
-        if on_device && !gpu.is_software() {
-            1.0
-        } else {
-            0.5
-        }
+            .is_none_or(|tracer| tracer.runs_on_processor());
+        let options = &self.options;
+        Resolution::new(options.resolution_scale, options.target_millis, is_slow)
     }
 
     /// Runs one frame and shows it.
@@ -196,18 +193,19 @@ impl<'a> WindowApp<'a> {
             open.resolution.traced(size)
         };
         let mut settings = world.resource_mut::<TraceSettings>();
-        if settings.size != traced {
-            settings.size = traced;
+        let refine_by = open.resolution.samples_when_still(size, settings.samples);
+        if (settings.size, settings.refine_by) != (traced, refine_by) {
+            (settings.size, settings.refine_by) = (traced, refine_by);
         }
         let start = Instant::now();
         self.engine.frame();
         let millis = start.elapsed().as_secs_f64() * 1e3;
         (self.observer)(&self.engine);
-        self.after_frame(event_loop, millis, shoot);
+        self.after_frame(event_loop, millis);
     }
 
     /// What the frame asks of the window, and what is to be told of it.
-    fn after_frame(&mut self, event_loop: &ActiveEventLoop, millis: f64, shot: bool) {
+    fn after_frame(&mut self, event_loop: &ActiveEventLoop, millis: f64) {
         let Some(open) = &mut self.open else {
             return;
         };
@@ -229,17 +227,26 @@ impl<'a> WindowApp<'a> {
                 Err(why) => why,
             });
         }
-        let tracer = world.resource::<ActiveTracer>().0.as_ref();
-        let samples = tracer.map_or(1, |tracer| tracer.samples());
-        if let Some(tracer) = tracer.filter(|_| !shot) {
-            open.resolution.observe(whole_picture_millis(&**tracer));
+        let size = inner_size(&open.window);
+        let screen = world.resource::<Screen>();
+        let host = (millis - screen.waited_millis()).max(0.0);
+        let present = screen.present_millis();
+        let (mut work_millis, mut samples) = (host, 1);
+        if let Some(tracer) = &world.resource::<ActiveTracer>().0 {
+            let work = Work::of(&**tracer, host, present);
+            open.resolution.observe(size, &work);
+            (work_millis, samples) = (work.frame, tracer.samples());
         }
-        let (scale, size) = (open.resolution.scale(), inner_size(&open.window));
         let coming = self.dropped.step();
-        let (scene, device) = (coming.as_ref().unwrap_or(&self.options.title), &open.device);
-        if let Some(title) = open.title.frame(millis, |pace| {
-            words(scene, pace, size, scale, samples, device)
-        }) {
+        let caption = Caption {
+            scene: coming.as_ref().unwrap_or(&self.options.title),
+            window: size,
+            scale: open.resolution.scale(),
+            target_millis: open.resolution.target_millis(),
+            samples,
+            device: &open.device,
+        };
+        if let Some(title) = open.title.frame(work_millis, |pace| caption.words(pace)) {
             open.window.set_title(&title);
         }
         self.count_failures(event_loop);

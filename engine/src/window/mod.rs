@@ -4,14 +4,17 @@
 //! [`run`] then owns the thread until the window is closed.
 
 mod app;
+mod budget;
 mod commands;
 mod display;
 mod dropped;
 mod resolution;
 mod router;
 mod title;
+mod work;
 
 pub use display::display_available;
+pub use resolution::SLOW_TARGET_MILLIS;
 
 use std::fmt;
 use std::path::PathBuf;
@@ -44,8 +47,11 @@ pub struct WindowOptions {
     pub key_map: KeyMap,
     /// Folder of screenshots.
     pub screenshots: PathBuf,
-    /// Traced pixels for each of the window's, along an axis, in (0, 1]; none: as many as stay fluid.
+    /// Traced pixels for each of the window's, along an axis, in (0, 1]; none: as many as the frame time allows.
     pub resolution_scale: Option<f64>,
+    /// Milliseconds that a frame is to take, unless a scale is chosen; none: [`SLOW_TARGET_MILLIS`] on devices that are slow
+    /// or show themselves so, and every pixel on others.
+    pub target_millis: Option<f64>,
     /// Sentences to show until they are dismissed: what is wrong with the scene.
     pub issues: Vec<String>,
 }
@@ -62,6 +68,7 @@ impl Default for WindowOptions {
             key_map: KeyMap::standard(),
             screenshots: "screenshots".into(),
             resolution_scale: None,
+            target_millis: None,
             issues: Vec::new(),
         }
     }

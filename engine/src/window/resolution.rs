@@ -1,187 +1,181 @@
-//! How many pixels are traced for a window: all of them if that stays fluid, else fewer.
+//! How many pixels are traced for a window: a share that was chosen, as many as a frame time allows, or all of them.
+//!
+//! A device that is slow by its kind (the processor, as itself or as software Vulkan) keeps a frame time unless told
+//! otherwise; any other traces every pixel until it shows itself slow.
 
 use glam::UVec2;
 
-use crate::trace::Tracer;
+use super::budget::{Budget, Cost};
+use super::work::Work;
 
-/// Scales that are tried: few, so that the size does not flicker.
-const STEPS: [f64; 6] = [0.25, 0.375, 0.5, 0.625, 0.75, 1.0];
-/// Above this a picture takes too long to fly through.
-const TOO_SLOW_MILLIS: f64 = 90.0;
-/// At the next larger size a picture must stay below this.
-const FLUID_MILLIS: f64 = 45.0;
-/// Frames to look at before a change, so that one slow one of many changes nothing.
-const PATIENCE: u32 = 8;
+/// The frame time that slow devices keep: slow enough for a picture, fast enough to fly.
+pub const SLOW_TARGET_MILLIS: f64 = 50.0;
+/// A frame above this is one of a slow device.
+const SLOW_MILLIS: f64 = 2.0 * SLOW_TARGET_MILLIS;
+/// As many such pictures in a row show that it is.
+const SLOW_PICTURES: u32 = 4;
+/// Where a slow device starts, and the coarsest that a picture becomes unless a frame time was asked for.
+const COARSE: f64 = 0.25;
+/// The coarsest that one becomes to keep a frame time that was asked for.
+const COARSEST: f64 = 0.125;
 
-/// What a picture from its start took, if the frame has measured one.
-pub fn whole_picture_millis(tracer: &dyn Tracer) -> Option<f64> {
-    let millis = || tracer.pass_times().iter().map(|pass| pass.millis).sum();
-    tracer.has_timed_whole().then(millis)
+/// The size of the traced picture, and what it refines by.
+#[derive(Clone, Debug)]
+pub struct Resolution {
+    rule: Rule,
 }
 
-/// The scale of the traced picture.
-#[derive(Clone, Copy, Debug)]
-pub struct Resolution {
-    scale: f64,
-    fixed: bool,
-    /// Of the pictures seen, in all.
-    millis: f64,
-    seen: u32,
-    /// Since the last decision.
-    frames: u32,
+#[derive(Clone, Debug)]
+enum Rule {
+    /// Somebody chose the scale.
+    Fixed(f64),
+    /// A frame time is kept.
+    Kept(Budget),
+    /// Every pixel, for now: so many pictures in a row were slow.
+    Watching(u32),
 }
 
 impl Resolution {
-    /// A scale somebody chose, or one that starts at `guess` and follows the tracer's pace.
-    pub fn new(chosen: Option<f64>, guess: f64) -> Self {
-        Self {
-            scale: chosen.unwrap_or(guess).clamp(0.05, 1.0),
-            fixed: chosen.is_some(),
-            millis: 0.0,
-            seen: 0,
-            frames: 0,
-        }
+    /// A scale or a frame time that somebody chose; without either, what suits the device.
+    pub fn new(scale: Option<f64>, target_millis: Option<f64>, is_slow: bool) -> Self {
+        let start = if is_slow { COARSE } else { 1.0 };
+        let rule = match (scale, target_millis) {
+            (Some(scale), _) => Rule::Fixed(scale.clamp(0.05, 1.0)),
+            (None, Some(target)) => Rule::Kept(Budget::new(target, start, COARSEST)),
+            (None, None) if is_slow => Rule::Kept(slow_budget(start)),
+            (None, None) => Rule::Watching(0),
+        };
+        Self { rule }
     }
 
     /// Traced pixels for each of the window's, along an axis.
     pub fn scale(&self) -> f64 {
-        self.scale
+        match &self.rule {
+            Rule::Fixed(scale) => *scale,
+            Rule::Kept(budget) => budget.scale(),
+            Rule::Watching(_) => 1.0,
+        }
+    }
+
+    /// The frame time that is kept, if one is.
+    pub fn target_millis(&self) -> Option<f64> {
+        match &self.rule {
+            Rule::Kept(budget) => Some(budget.target()),
+            Rule::Fixed(_) | Rule::Watching(_) => None,
+        }
     }
 
     /// Size of the traced picture of a window.
     pub fn traced(&self, window: UVec2) -> UVec2 {
-        (window.as_dvec2() * self.scale)
+        (window.as_dvec2() * self.scale())
             .round()
             .as_uvec2()
             .max(UVec2::ONE)
     }
 
-    /// Takes note of a frame, and of what a picture took that was traced from its start: another scale costs that
-    /// much again. A frame that refines a picture or rests says nothing of it.
-    pub fn observe(&mut self, whole_picture_millis: Option<f64>) {
-        if self.fixed {
+    /// Samples that a frame adds while nothing changes, where a new picture takes `samples`.
+    pub fn samples_when_still(&self, window: UVec2, samples: u32) -> u32 {
+        match &self.rule {
+            Rule::Kept(budget) => budget.samples_when_still(window, samples),
+            Rule::Fixed(_) | Rule::Watching(_) => 1,
+        }
+    }
+
+    /// Takes note of a frame. One that refines a picture, or rests, says nothing of what another size would cost.
+    pub fn observe(&mut self, window: UVec2, work: &Work) {
+        let Some(picture) = work.picture else {
             return;
+        };
+        let pixels = picture.size.as_dvec2().element_product();
+        match &mut self.rule {
+            Rule::Fixed(_) => {}
+            Rule::Kept(budget) => budget.observe(
+                window,
+                Cost {
+                    of_a_pixel: picture.rays / pixels.max(1.0),
+                    rest: work.rest,
+                },
+            ),
+            Rule::Watching(slow) => {
+                let is_slow = picture.rays + work.rest > SLOW_MILLIS;
+                *slow = if is_slow { *slow + 1 } else { 0 };
+                if *slow >= SLOW_PICTURES {
+                    self.rule = Rule::Kept(slow_budget(1.0));
+                }
+            }
         }
-        if let Some(millis) = whole_picture_millis.filter(|millis| *millis > 0.0) {
-            self.millis += millis;
-            self.seen += 1;
-        }
-        self.frames += 1;
-        // A very slow picture is not waited for eight times.
-        let waits = self.frames < PATIENCE && self.millis < 4.0 * TOO_SLOW_MILLIS;
-        if self.seen == 0 || waits {
-            return;
-        }
-        self.scale = next_scale(self.scale, self.millis / f64::from(self.seen));
-        (self.millis, self.seen, self.frames) = (0.0, 0, 0);
     }
 }
 
-/// The scale to go on with when pictures at `scale` take `millis`; cost goes with the pixels.
-fn next_scale(scale: f64, millis: f64) -> f64 {
-    let cost_at = |other: f64| millis * (other / scale).powi(2);
-    if millis > TOO_SLOW_MILLIS {
-        let smaller = STEPS
-            .iter()
-            .rev()
-            .copied()
-            .find(|&step| step < scale && cost_at(step) <= TOO_SLOW_MILLIS * 0.75);
-        return smaller.unwrap_or(STEPS[0].min(scale));
-    }
-    let larger = STEPS.iter().copied().find(|&step| step > scale);
-    larger
-        .filter(|&step| cost_at(step) < FLUID_MILLIS)
-        .unwrap_or(scale)
+fn slow_budget(start: f64) -> Budget {
+    Budget::new(SLOW_TARGET_MILLIS, start, COARSE)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::frame::{FrameScene, TraceSettings};
-    use crate::trace::cpu::CpuTracer;
+    use crate::trace::PictureTime;
 
-    /// Scales over time of a tracer whose full picture takes `full` milliseconds.
-    fn settle(full: f64, start: f64) -> Vec<f64> {
-        let mut resolution = Resolution::new(None, start);
-        (0..400)
-            .map(|_| {
-                resolution.observe(Some(full * resolution.scale().powi(2)));
-                resolution.scale()
-            })
-            .collect()
-    }
+    const WINDOW: UVec2 = UVec2::new(1000, 501);
 
-    #[test]
-    fn a_fast_tracer_gets_every_pixel() {
-        assert_eq!(settle(10.0, 0.5).last(), Some(&1.0));
-    }
-
-    #[test]
-    fn a_slow_tracer_stays_fluid_and_the_size_comes_to_rest() {
-        for full in [100.0, 150.0, 300.0, 600.0, 1000.0, 1400.0] {
-            let scales = settle(full, 1.0);
-            let last = *scales.last().unwrap();
-            assert!(
-                full * last * last <= TOO_SLOW_MILLIS,
-                "{full} ms: scale {last}"
-            );
-            assert!(
-                scales[200..].iter().all(|s| *s == last),
-                "{full} ms: the size flickers"
-            );
+    /// A frame whose picture took so many milliseconds.
+    fn work(resolution: &Resolution, full: f64) -> Work {
+        let size = resolution.traced(WINDOW);
+        let share = size.as_dvec2().element_product() / WINDOW.as_dvec2().element_product();
+        Work {
+            frame: full * share,
+            rest: 0.0,
+            picture: Some(PictureTime {
+                size,
+                rays: full * share,
+            }),
         }
     }
 
-    /// Frames of a still scene: after a picture from the start, refinement and rest cost next to nothing.
-    #[test]
-    fn frames_that_cost_nothing_do_not_change_the_size_again_and_again() {
-        for full in [10.0, 100.0, 1000.0] {
-            let mut resolution = Resolution::new(None, 0.5);
-            let (mut restarts, mut traced) = (0, None);
-            for _ in 0..400 {
-                let scale = resolution.scale();
-                let is_new = traced.replace(scale) != Some(scale);
-                restarts += u32::from(is_new);
-                resolution.observe(is_new.then_some(full * scale.powi(2)));
-            }
-            assert!(restarts <= 4, "{full} ms: {restarts} pictures");
-            let scale = resolution.scale();
-            assert!(
-                full * scale * scale <= TOO_SLOW_MILLIS,
-                "{full} ms: {scale}"
-            );
+    fn settle(resolution: &mut Resolution, full: f64) -> f64 {
+        for _ in 0..100 {
+            let work = work(resolution, full);
+            resolution.observe(WINDOW, &work);
         }
+        work(resolution, full).frame
     }
 
     #[test]
-    fn only_pictures_from_the_start_are_measured() {
-        let scene = FrameScene::default();
-        let settings = TraceSettings {
-            size: UVec2::splat(8),
-            refine_to: 4,
-            ..Default::default()
-        };
-        let mut tracer = CpuTracer::new();
-        let mut measured = [false; 8];
-        for frame in &mut measured {
-            tracer.refit(&scene).unwrap();
-            tracer.upload(&scene, &settings).unwrap();
-            tracer.render().unwrap();
-            *frame = whole_picture_millis(&tracer).is_some();
+    fn a_fast_device_traces_every_pixel_until_it_shows_itself_slow() {
+        let mut resolution = Resolution::new(None, None, false);
+        settle(&mut resolution, 90.0);
+        assert_eq!(
+            (resolution.scale(), resolution.target_millis()),
+            (1.0, None)
+        );
+        let frame = settle(&mut resolution, 400.0);
+        assert!((30.0..=55.0).contains(&frame), "{frame} ms");
+        assert_eq!(resolution.target_millis(), Some(SLOW_TARGET_MILLIS));
+        settle(&mut resolution, 10.0);
+        assert_eq!(resolution.scale(), 1.0);
+    }
+
+    #[test]
+    fn a_slow_device_keeps_a_frame_time_and_any_device_one_that_was_asked_for() {
+        let mut slow = Resolution::new(None, None, true);
+        assert_eq!(slow.scale(), COARSE);
+        let frame = settle(&mut slow, 300.0);
+        assert!((30.0..=55.0).contains(&frame), "{frame} ms");
+        settle(&mut slow, 9000.0);
+        assert_eq!(slow.scale(), COARSE);
+        for is_slow in [false, true] {
+            let mut asked = Resolution::new(None, Some(8.0), is_slow);
+            let frame = settle(&mut asked, 60.0);
+            assert!((5.0..=8.8).contains(&frame), "{frame} ms");
         }
-        assert_eq!(measured, [0, 1, 2, 3, 4, 5, 6, 7].map(|frame| frame == 0));
     }
 
     #[test]
     fn a_chosen_scale_is_kept() {
-        let mut resolution = Resolution::new(Some(0.8), 0.5);
-        for _ in 0..50 {
-            resolution.observe(Some(5000.0));
-        }
-        assert_eq!(
-            resolution.traced(UVec2::new(1000, 501)),
-            UVec2::new(800, 401)
-        );
-        assert_eq!(resolution.traced(UVec2::new(1, 1)), UVec2::ONE);
+        let mut resolution = Resolution::new(Some(0.8), None, true);
+        settle(&mut resolution, 5000.0);
+        assert_eq!(resolution.traced(WINDOW), UVec2::new(800, 401));
+        assert_eq!(resolution.traced(UVec2::ONE), UVec2::ONE);
+        assert_eq!(resolution.samples_when_still(WINDOW, 1), 1);
     }
 }

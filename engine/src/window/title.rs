@@ -1,4 +1,7 @@
-//! The window's title: "scene - 62 FPS - 16.1 ms - 1280x720 x0.75 - 17 samples - DEVICE".
+//! The window's title: "scene - 62 FPS - 16.1 of 20 ms - 1280x720 x0.79 - 17 samples - DEVICE".
+//!
+//! Frames a second as they come, milliseconds of work a frame without the wait for the display, and the time that is kept if one
+//! is; the window, and how many of its pixels are traced along an axis; what a still picture has refined to.
 
 use std::time::{Duration, Instant};
 
@@ -55,29 +58,45 @@ pub struct Pace {
     pub millis: f64,
 }
 
-/// The title in words.
-pub fn words(
-    scene: &str,
-    pace: Pace,
-    window: UVec2,
-    scale: f64,
-    samples: u32,
-    device: &str,
-) -> String {
-    let scale = if scale == 1.0 {
-        String::new()
-    } else {
-        format!(" x{}", (scale * 100.0).round() / 100.0)
-    };
-    let samples = if samples > 1 {
-        format!(" - {samples} samples")
-    } else {
-        String::new()
-    };
-    format!(
-        "{scene} - {:.0} FPS - {:.1} ms - {}x{}{scale}{samples} - {device}",
-        pace.fps, pace.millis, window.x, window.y
-    )
+/// What a title says besides its pace.
+#[derive(Clone, Copy, Debug)]
+pub struct Caption<'a> {
+    /// What is shown.
+    pub scene: &'a str,
+    /// The window's pixels across and down.
+    pub window: UVec2,
+    /// Traced pixels for each of the window's, along an axis.
+    pub scale: f64,
+    /// The frame time that is kept, if one is.
+    pub target_millis: Option<f64>,
+    /// Samples of each pixel.
+    pub samples: u32,
+    /// Who traces.
+    pub device: &'a str,
+}
+
+impl Caption<'_> {
+    /// The title in words.
+    pub fn words(&self, pace: Pace) -> String {
+        let rounded = |number: f64| (number * 100.0).round() / 100.0;
+        let target = self
+            .target_millis
+            .map_or_else(String::new, |target| format!(" of {}", rounded(target)));
+        let scale = if self.scale == 1.0 {
+            String::new()
+        } else {
+            format!(" x{}", rounded(self.scale))
+        };
+        let samples = if self.samples > 1 {
+            format!(" - {} samples", self.samples)
+        } else {
+            String::new()
+        };
+        format!(
+            "{} - {:.0} FPS - {:.1}{target} ms - {}x{}{scale}{samples} - {}",
+            self.scene, pace.fps, pace.millis, self.window.x, self.window.y, self.device
+        )
+    }
 }
 
 #[cfg(test)]
@@ -90,14 +109,28 @@ mod tests {
             fps: 61.8,
             millis: 16.13,
         };
-        let size = UVec2::new(1280, 720);
+        let slow = Caption {
+            scene: "orrery",
+            window: UVec2::new(1280, 720),
+            scale: 0.7937,
+            target_millis: Some(20.0),
+            samples: 17,
+            device: "llvmpipe",
+        };
         assert_eq!(
-            words("orrery", pace, size, 0.75, 17, "NVIDIA H200"),
-            "orrery - 62 FPS - 16.1 ms - 1280x720 x0.75 - 17 samples - NVIDIA H200"
+            slow.words(pace),
+            "orrery - 62 FPS - 16.1 of 20 ms - 1280x720 x0.79 - 17 samples - llvmpipe"
         );
+        let fast = Caption {
+            scale: 1.0,
+            target_millis: None,
+            samples: 1,
+            device: "NVIDIA H200",
+            ..slow
+        };
         assert_eq!(
-            words("orrery", pace, size, 1.0, 1, "cpu"),
-            "orrery - 62 FPS - 16.1 ms - 1280x720 - cpu"
+            fast.words(pace),
+            "orrery - 62 FPS - 16.1 ms - 1280x720 - NVIDIA H200"
         );
     }
 }

@@ -28,8 +28,8 @@ use self::traverse::{AnyHit, Found, Key, Nearest, Probe, Stack, Start, trace};
 use super::gpu::Kernel;
 use super::progress::{Due, Progress, is_adaptive};
 use super::{
-    Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, Query, Ray,
-    TraceError, Tracer,
+    Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, PictureTime, Query,
+    Ray, TraceError, Tracer,
 };
 use crate::frame::{FrameScene, TraceSettings};
 use crate::geom::out_of_frame;
@@ -43,8 +43,8 @@ pub struct CpuTracer {
     packed: PackedScene,
     canvas: Option<Canvas>,
     progress: Progress,
-    /// The last frame traced a picture from its start.
-    has_timed_whole: bool,
+    /// Of the last frame, if it traced a picture from its start.
+    timed_picture: Option<PictureTime>,
     /// Bytes of rows written for this frame.
     bytes_written: u64,
     counters: Counters,
@@ -94,7 +94,9 @@ impl Tracer for CpuTracer {
         self.counters = match due {
             Due::Nothing => Counters::default(),
             Due::Picture => canvas.start(packed),
-            Due::Refinement(limit) => canvas.refine(packed, limit),
+            Due::Refinement { limit, by } => (0..by)
+                .map(|_| canvas.refine(packed, limit))
+                .fold(Counters::default(), |sum, counters| sum + counters),
         };
         if due != Due::Nothing {
             self.passes.push(PassTime::since(name, start));
@@ -105,11 +107,14 @@ impl Tracer for CpuTracer {
             self.passes
                 .push(PassTime::since(Kernel::Antialias.name(), start));
         }
+        let rays = start.elapsed().as_secs_f64() * 1e3;
         if due != Due::Nothing {
-            let nanos = start.elapsed().as_secs_f64() * 1e9;
-            self.packed.instances.note_trace_time(nanos);
+            self.packed.instances.note_trace_time(rays * 1e6);
         }
-        self.has_timed_whole = due == Due::Picture;
+        self.timed_picture = (due == Due::Picture).then_some(PictureTime {
+            size: canvas.picture.size,
+            rays,
+        });
         self.progress.done(due, &self.packed.view);
         self.counters = self.counters + self.work_done();
         Ok(())
@@ -154,8 +159,8 @@ impl Tracer for CpuTracer {
         self.passes.clone()
     }
 
-    fn has_timed_whole(&self) -> bool {
-        self.has_timed_whole
+    fn timed_picture(&self) -> Option<PictureTime> {
+        self.timed_picture
     }
 }
 

@@ -142,7 +142,11 @@ pub fn passes(view: &ViewRow, due: Due) -> Vec<Pass> {
     let mut passes = Vec::new();
     match due {
         Due::Nothing => {}
-        Due::Refinement(limit) => passes.extend(bands(view, next(limit))),
+        Due::Refinement { limit, by } => {
+            for _ in 0..by {
+                passes.extend(bands(view, next(limit)));
+            }
+        }
         Due::Picture => {
             let first = first_samples(view);
             for taken in 0..first {
@@ -242,7 +246,11 @@ mod tests {
         }
         assert_eq!(passes(&view(1024, 768, 1, 0.0), Due::Picture).len(), 1);
         assert_eq!(
-            passes(&view(1024, 768, 1, 0.0), Due::Refinement(9)).len(),
+            passes(
+                &view(1024, 768, 1, 0.0),
+                Due::Refinement { limit: 9, by: 1 }
+            )
+            .len(),
             1
         );
     }

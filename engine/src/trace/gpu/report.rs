@@ -4,6 +4,7 @@
 //! counts nothing.
 
 use bytemuck::pod_read_unaligned;
+use glam::UVec2;
 
 use super::buffers::create;
 use super::context::Gpu;
@@ -29,8 +30,8 @@ pub struct Report {
     pub millis: Option<f64>,
     /// Milliseconds of the passes for edges after that; none: there were none.
     pub edges_millis: Option<f64>,
-    /// It was traced from its start; otherwise a sample that refined it.
-    pub is_whole: bool,
+    /// Pixels across and down if it was traced from its start; none: samples that refined it.
+    pub whole: Option<UVec2>,
 }
 
 /// What of a picture is over.
@@ -60,7 +61,7 @@ pub struct Reports {
     resolved: wgpu::Buffer,
     readback: Readback,
     /// Of each report under way.
-    is_whole: [bool; SLOTS],
+    wholes: [Option<UVec2>; SLOTS],
 }
 
 impl Reports {
@@ -88,7 +89,7 @@ impl Reports {
                 TIMESTAMPS,
             ),
             readback: Readback::new(gpu, "report", COUNTERS + TIMESTAMPS),
-            is_whole: [true; SLOTS],
+            wholes: [None; SLOTS],
         }
     }
 
@@ -137,9 +138,10 @@ impl Reports {
         Some(index)
     }
 
-    /// Says of a recorded report whether it is of a picture from its start; before [`Reports::request`].
-    pub fn mark(&mut self, index: usize, is_whole: bool) {
-        self.is_whole[index] = is_whole;
+    /// Says of a recorded report that it is of a picture of this size from its start, or of none; before
+    /// [`Reports::request`].
+    pub fn mark(&mut self, index: usize, whole: Option<UVec2>) {
+        self.wholes[index] = whole;
     }
 
     /// Asks for a recorded and submitted report.
@@ -156,7 +158,7 @@ impl Reports {
     pub fn collect(&mut self, gpu: &Gpu) -> Option<Report> {
         let mut newest: Option<(u64, Report)> = None;
         self.readback.collect(|index, bytes| {
-            let (end, report) = self.parse(gpu, bytes, self.is_whole[index]);
+            let (end, report) = self.parse(gpu, bytes, self.wholes[index]);
             if newest.is_none_or(|(before, _)| end >= before) {
                 newest = Some((end, report));
             }
@@ -164,7 +166,7 @@ impl Reports {
         newest.map(|(_, report)| report)
     }
 
-    fn parse(&self, gpu: &Gpu, bytes: &[u8], is_whole: bool) -> (u64, Report) {
+    fn parse(&self, gpu: &Gpu, bytes: &[u8], whole: Option<UVec2>) -> (u64, Report) {
         let (counters, times) = bytes.split_at(COUNTERS as usize);
         let [first, there, edges]: [u64; QUERIES as usize] = pod_read_unaligned(times);
         let tick = f64::from(gpu.queue.get_timestamp_period()) * 1e-6;
@@ -173,7 +175,7 @@ impl Reports {
             counters: pod_read_unaligned(counters),
             millis: self.queries.is_some().then_some(millis(first, there)),
             edges_millis: (edges > there).then_some(millis(there, edges)),
-            is_whole,
+            whole,
         };
         (there, report)
     }

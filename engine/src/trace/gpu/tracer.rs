@@ -3,6 +3,8 @@
 use std::sync::Arc;
 use std::time::Instant;
 
+use glam::UVec2;
+
 use super::DevicePicture;
 use super::canvas::{Canvas, Pass, passes};
 use super::context::Gpu;
@@ -17,8 +19,8 @@ use crate::frame::wire::ViewRow;
 use crate::frame::{FrameScene, TraceSettings};
 use crate::trace::progress::{Due, Progress};
 use crate::trace::{
-    Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, Query, Ray,
-    TraceError, Tracer, no_picture_yet,
+    Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, PictureTime, Query,
+    Ray, TraceError, Tracer, no_picture_yet,
 };
 
 /// Traces with compute shaders.
@@ -39,8 +41,8 @@ pub struct GpuTracer {
     device_millis: Option<f64>,
     /// Milliseconds of the device on edges.
     edges_millis: Option<f64>,
-    /// These came in this frame, and are of a picture from its start.
-    has_timed_whole: bool,
+    /// What came in this frame of a picture from its start.
+    timed_picture: Option<PictureTime>,
     trees: DeviceTrees,
     /// Milliseconds of the device on trees.
     tree_millis: Option<f64>,
@@ -69,7 +71,7 @@ impl GpuTracer {
             host_passes: Vec::new(),
             device_millis: None,
             edges_millis: None,
-            has_timed_whole: false,
+            timed_picture: None,
             gpu,
         };
         tracer.gpu.check()?;
@@ -127,10 +129,10 @@ impl GpuTracer {
         if let Some(report) = self.reports.collect(&self.gpu) {
             let counters = report.counters;
             (self.device_millis, self.edges_millis) = (report.millis, report.edges_millis);
-            self.has_timed_whole = report.is_whole;
             if let Some(millis) = report.millis {
-                let millis = millis + report.edges_millis.unwrap_or(0.0);
-                self.packed.instances.note_trace_time(millis * 1e6);
+                let rays = millis + report.edges_millis.unwrap_or(0.0);
+                self.packed.instances.note_trace_time(rays * 1e6);
+                self.timed_picture = report.whole.map(|size| PictureTime { size, rays });
             }
             self.counters = Counters {
                 primary_rays: u64::from(counters.primary_rays),
@@ -157,8 +159,8 @@ impl GpuTracer {
         Canvas::fit(&mut self.canvas, gpu, &self.layouts, reports, view)?;
         // Should it fail, what it holds is no picture.
         if let Some(canvas) = self.canvas.take() {
-            let is_whole = due == Due::Picture;
-            self.submit(special, &canvas, &passes(view, due), is_whole)?;
+            let whole = (due == Due::Picture).then_some(canvas.size);
+            self.submit(special, &canvas, &passes(view, due), whole)?;
             self.canvas = Some(canvas);
         }
         self.gpu.check()
@@ -170,7 +172,7 @@ impl GpuTracer {
         special: Specialisation,
         canvas: &Canvas,
         passes: &[Pass],
-        is_whole: bool,
+        whole: Option<UVec2>,
     ) -> Result<(), TraceError> {
         let kernels = [Kernel::Whitted, Kernel::Edges, Kernel::Antialias];
         let mut compiled = Vec::new();
@@ -219,7 +221,7 @@ impl GpuTracer {
             let report = last.and_then(|last| self.reports.record(&mut encoder, last));
             self.gpu.queue.submit([encoder.finish()]);
             if let Some(slot) = report {
-                self.reports.mark(slot, is_whole);
+                self.reports.mark(slot, whole);
                 self.reports.request(slot);
             }
         }
@@ -278,7 +280,7 @@ impl Tracer for GpuTracer {
         let special = self.special.ok_or_else(nothing_uploaded)?;
         let view = self.packed.view;
         let due = self.progress.due();
-        self.has_timed_whole = false;
+        self.timed_picture = None;
         if self.reports.is_waiting() {
             // Reports of earlier pictures; an error here shows in `check` below.
             let _ = self.gpu.device.poll(wgpu::PollType::Poll);
@@ -339,8 +341,17 @@ impl Tracer for GpuTracer {
         self.counters
     }
 
-    fn has_timed_whole(&self) -> bool {
-        self.has_timed_whole
+    fn timed_picture(&self) -> Option<PictureTime> {
+        self.timed_picture
+    }
+
+    fn device_millis(&self) -> Option<f64> {
+        let passes = [self.tree_millis, self.device_millis, self.edges_millis];
+        Some(passes.into_iter().flatten().sum())
+    }
+
+    fn runs_on_processor(&self) -> bool {
+        self.gpu.is_software()
     }
 
     fn pass_times(&self) -> Vec<PassTime> {

@@ -20,7 +20,9 @@ use rayon::prelude::*;
 
 use self::whitted::Whitted;
 use self::world::{World, WorldHit, WorldRay};
-use super::{Backend, Counters, Hit, PassTime, Picture, Query, Ray, TraceError, Tracer};
+use super::{
+    Backend, Counters, Hit, PassTime, Picture, PictureTime, Query, Ray, TraceError, Tracer,
+};
 use crate::frame::wire::SAMPLES_CAPACITY;
 use crate::frame::{FrameScene, TraceSettings, ViewProjection, sample_offset};
 
@@ -248,7 +250,11 @@ impl Tracer for ReferenceTracer {
         self.passes.clone()
     }
 
-    fn has_timed_whole(&self) -> bool {
-        self.picture.is_some()
+    fn timed_picture(&self) -> Option<PictureTime> {
+        let picture = self.picture.as_ref()?;
+        Some(PictureTime {
+            size: picture.size,
+            rays: self.passes.last()?.millis,
+        })
     }
 }
