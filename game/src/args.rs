@@ -49,6 +49,7 @@ Examples:
   orrery render demo --frames 0..90              90 pictures of the demo, 3 seconds, into frames/
   orrery render demo --frames 30 --out f30.exr   one picture, linear light, 32-bit float
   orrery bench frame --backend cpu               how long a frame of the demo takes
+  orrery bench hope                              100,000 triangles in motion, half of them deforming: frames a second
   orrery bench motion                            what it costs that things move, up to 100,000 of them
   orrery bench structures                        the 2008 report's bounding spheres beside boxes
   orrery bench stability --backend cpu           leaks, self-hits, lost boxes, far and tiny scenes, bad input
@@ -159,14 +160,14 @@ pub struct BenchRequest {
     /// Stability: rays of each aim of the suites that count rays, such as 1e9.
     #[arg(long, value_name = "N", value_parser = count)]
     pub rays: Option<u64>,
-    /// BART: only so many frames, spread over the run, at least 2; without it, all.
+    /// BART: only so many frames, spread over the run, at least 2; without it, all. Hope: so many; without it, 1000.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(2..=100_000))]
     pub frames: Option<u64>,
     /// Trace: a folder of scenes in the dump format that have a camera and a light. SPD, BART: the folder of their scene files; without it, `../shared/scenes/spd-nff` and `bart-aff` beside it. Import: the folder
     /// of the folders that are read; without it, `../shared/scenes`.
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
+    /// Hope, motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
     #[arg(long)]
     pub small: bool,
 }
@@ -198,7 +199,7 @@ pub struct WindowArgs {
 }
 
 /// What every command understands.
-#[derive(Debug, Args)]
+#[derive(Clone, Debug, Args)]
 #[command(next_help_heading = "Common options")]
 pub struct Common {
     /// What traces: compute shaders, all processor cores, or the slow f64 reference. `auto` takes the GPU

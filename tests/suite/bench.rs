@@ -93,6 +93,26 @@ fn motion_has_its_rows_and_proofs() {
 }
 
 #[test]
+fn the_hope_has_its_triangles_rays_and_errors() {
+    let report = report("hope", &folder("bench_hope"), &[]);
+    for (what, least) in [
+        ("rigid", 5e4),
+        ("deforming", 5e4),
+        ("mirror", 30.0),
+        ("glass", 10.0),
+        ("cpu.rays", 4.0),
+    ] {
+        assert!(value(&report, what) >= least, "{what}");
+    }
+    let of = |what: &str| value(&report, &format!("cpu.{what}"));
+    assert_eq!(of("primary"), 1.0);
+    let kinds = ["primary", "reflected", "refracted", "shadow"].map(of);
+    assert!((kinds.iter().sum::<f64>() - of("rays")).abs() < 0.2);
+    assert!(of("rate") > 0.0 && of("system.refit_trees") > 0.0 && of("pass.whitted") > 0.0);
+    assert!(of("p99.9_error") < 0.01, "{}", of("p99.9_error"));
+}
+
+#[test]
 fn structures_have_their_rows_and_one_picture() {
     let folder = folder("bench_structures");
     let report = report("structures", &folder, &["--repeat", "20"]);

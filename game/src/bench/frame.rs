@@ -1,5 +1,6 @@
 //! The benchmark `frame`: whole frames of a moving scene, one after the other.
 
+use std::path::Path;
 use std::time::{Duration, Instant};
 
 use glam::UVec2;
@@ -48,7 +49,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         size.x,
         size.y
     )];
-    let reference = reference_picture(request, common)?;
+    let reference = reference_picture(&request.scene, request.frame, common)?;
     remarks.push(format!(
         "errors against the f64 reference: frame {} at {}x{}",
         request.frame, reference.size.x, reference.size.y
@@ -62,7 +63,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         stage::cast(&mut engine, tracer);
         let samples = sample(&mut engine, request, &name)?;
         rows.extend(time_rows(&name, &samples));
-        rows.extend(error_rows(&name, &mut engine, request, &reference)?);
+        rows.extend(error_rows(&name, &mut engine, request.frame, &reference)?);
     }
     if let Some(folder) = &request.dump {
         dump::run(folder, request, common)?;
@@ -143,31 +144,32 @@ fn time_rows(backend: &str, samples: &Samples) -> Vec<Row> {
     rows
 }
 
-/// The reference's picture of the first measured frame, as large as fits its budget.
-fn reference_picture(request: &BenchRequest, common: &Common) -> Result<Picture, Failure> {
-    let mut engine = stage::set(&request.scene, common, SIZE, FRAMES_PER_SEC)?;
+/// The reference's picture of a frame, as large as fits its budget.
+pub fn reference_picture(scene: &Path, frame: u64, common: &Common) -> Result<Picture, Failure> {
+    let mut engine = stage::set(scene, common, SIZE, FRAMES_PER_SEC)?;
     let full = settings(&engine).size;
     let tracer = device::open_choice(BackendChoice::Reference, common)?;
     stage::cast(&mut engine, tracer);
     resize(&mut engine, full / 16);
     let start = Instant::now();
-    stage::picture(&mut engine, request.frame)?;
+    stage::picture(&mut engine, frame)?;
     let small = start.elapsed().as_secs_f64();
     let fits = |d: &u32| small * f64::from(256 / (d * d)) <= REFERENCE_BUDGET.as_secs_f64();
     let divisor = [1, 2, 4, 8].into_iter().find(fits).unwrap_or(16);
     resize(&mut engine, full / divisor);
-    stage::picture(&mut engine, request.frame)
+    stage::picture(&mut engine, frame)
 }
 
-fn error_rows(
+/// How far an engine's picture of a frame is from the reference's, at the reference's size.
+pub fn error_rows(
     backend: &str,
     engine: &mut Engine,
-    request: &BenchRequest,
+    frame: u64,
     reference: &Picture,
 ) -> Result<[Row; 2], Failure> {
     let size = settings(engine).size;
     resize(engine, reference.size);
-    let picture = stage::picture(engine, request.frame)?;
+    let picture = stage::picture(engine, frame)?;
     resize(engine, size);
     let error = PictureError::of(&picture, reference);
     let row =
