@@ -50,6 +50,7 @@ Examples:
   orrery render demo --frames 30 --out f30.exr   one picture, linear light, 32-bit float
   orrery bench frame --backend cpu               how long a frame of the demo takes
   orrery bench hope                              100,000 triangles in motion, half of them deforming: frames a second
+  orrery bench growth --report growth            frame time against triangles, instances, lights, depth, pixels
   orrery bench motion                            what it costs that things move, up to 100,000 of them
   orrery bench structures                        the 2008 report's bounding spheres beside boxes
   orrery bench stability --backend cpu           leaks, self-hits, lost boxes, far and tiny scenes, bad input
@@ -144,7 +145,7 @@ pub struct BenchRequest {
     /// Also write the rows as JSON.
     #[arg(long, value_name = "FILE")]
     pub json: Option<PathBuf>,
-    /// Accuracy: also write the page, charts and tables, into this folder. SPD, BART: pictures and a contact sheet. Import: what became of each file.
+    /// Accuracy, growth: also write the page, charts and tables, into this folder. SPD, BART: pictures and a contact sheet. Import: what became of each file.
     #[arg(long, value_name = "DIR")]
     pub report: Option<PathBuf>,
     /// Also write the work itself (meshes, instances, spheres, rays by kind, hits) into this folder.
@@ -167,7 +168,7 @@ pub struct BenchRequest {
     /// of the folders that are read; without it, `../shared/scenes`.
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Hope, motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
+    /// Hope, growth, motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
     #[arg(long)]
     pub small: bool,
 }

@@ -113,6 +113,41 @@ fn the_hope_has_its_triangles_rays_and_errors() {
 }
 
 #[test]
+fn growth_has_its_curves_exponents_and_page() {
+    let folder = folder("bench_growth");
+    let page = folder.join("page");
+    let report = report(
+        "growth",
+        &folder,
+        &["--report", &page.display().to_string()],
+    );
+    let of = |what: &str| value(&report, &format!("cpu.{what}"));
+    for (quantity, most) in [
+        ("triangles", 10_000),
+        ("instances", 1000),
+        ("lights", 16),
+        ("depth", 16),
+        ("pixels", 64 * 48),
+    ] {
+        assert!(of(&format!("{quantity}.{most}.frame")) > 0.0, "{quantity}");
+        assert!(
+            of(&format!("{quantity}.exponent")).abs() < 2.0,
+            "{quantity}"
+        );
+        let chart = page.join(format!("growth_{quantity}.svg"));
+        let chart = std::fs::read_to_string(chart).expect("a chart");
+        assert!(chart.contains("cpu: ^") && chart.trim_end().ends_with("</svg>"));
+    }
+    // What grows is what is said to: a ray more a light, a mirror more a generation.
+    let lights = [1, 16].map(|n| of(&format!("lights.{n}.rays")));
+    assert!(lights[1] > 5.0 * lights[0], "{lights:?}");
+    let depth = [1, 16].map(|n| of(&format!("depth.{n}.rays")));
+    assert!(depth[1] > 5.0 * depth[0], "{depth:?}");
+    let text = std::fs::read_to_string(page.join("growth.md")).expect("the page");
+    assert!(text.contains("## triangles") && text.contains("| cpu | 10000 |"));
+}
+
+#[test]
 fn structures_have_their_rows_and_one_picture() {
     let folder = folder("bench_structures");
     let report = report("structures", &folder, &["--repeat", "20"]);

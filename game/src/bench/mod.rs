@@ -7,7 +7,9 @@ mod accuracy;
 mod bart;
 mod crowd;
 mod dump;
+mod flight;
 mod frame;
+mod growth;
 mod hills;
 mod hope;
 mod import;
@@ -41,7 +43,7 @@ struct Benchmark {
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 11] = [
+const ALL: [Benchmark; 12] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
@@ -62,6 +64,13 @@ const ALL: [Benchmark; 11] = [
         run: hope::run,
         must: |_| false,
         takes: &["--frames", "--small"],
+    },
+    Benchmark {
+        name: "growth",
+        about: "frame time against triangles, instances, lights, depth and pixels: curves and their exponents",
+        run: growth::run,
+        must: |_| false,
+        takes: &["--report", "--small"],
     },
     Benchmark {
         name: "motion",

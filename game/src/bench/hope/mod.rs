@@ -5,7 +5,6 @@
 //! a frame takes: systems, trees, upload, rays. Frames follow each other as in a window, the picture stays on the device.
 
 mod content;
-mod flight;
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -16,18 +15,17 @@ use std::time::Instant;
 use orrery_engine::Engine;
 use orrery_engine::frame::TraceSettings;
 use orrery_engine::profile::Profile;
-use orrery_engine::trace::gpu::{AdapterChoice, Gpu};
-use orrery_engine::trace::{Backend, Counters, PassTime, Tracer, open_tracer};
+use orrery_engine::trace::gpu::Gpu;
+use orrery_engine::trace::{Backend, Counters, PassTime, Tracer};
 use tracing::subscriber::{NoSubscriber, with_default};
 
+use super::flight::{Flight, open};
 use super::frame::{FRAMES_PER_SEC, SIZE, backends, error_rows, reference_picture};
 use super::report::{Better, Report, Row};
-use crate::args::{BackendChoice, BenchRequest, Common};
+use crate::args::{BenchRequest, Common};
 use crate::failure::Failure;
 use crate::output::progress;
-use crate::{device, stage};
-
-use flight::Flight;
+use crate::stage;
 
 /// The scene.
 const SCENE: &str = "lagoon";
@@ -94,21 +92,6 @@ fn at_size(request: &BenchRequest, common: &Common) -> Common {
         size: common.size.or(small),
         ..common.clone()
     }
-}
-
-/// A tracer, and its device where it has one.
-fn open(
-    choice: BackendChoice,
-    common: &Common,
-) -> Result<(Box<dyn Tracer>, Option<Arc<Gpu>>), Failure> {
-    if choice != BackendChoice::Gpu {
-        return Ok((device::open_choice(choice, common)?, None));
-    }
-    let named = common.adapter.clone().map(AdapterChoice::Named);
-    let which = named.unwrap_or(AdapterChoice::Any);
-    let gpu = Arc::new(Gpu::open(Gpu::instance(), &which, None)?);
-    let (tracer, _) = open_tracer(device::wanted(choice), None, Some(Arc::clone(&gpu)))?;
-    Ok((tracer, Some(gpu)))
 }
 
 /// What the frames took.
