@@ -51,6 +51,7 @@ Examples:
   orrery bench frame --backend cpu               how long a frame of the demo takes
   orrery bench hope                              100,000 triangles in motion, half of them deforming: frames a second
   orrery bench growth --report growth            frame time against triangles, instances, lights, depth, pixels
+  orrery bench skips                             what the GPU saves by tracing with what a scene needs alone
   orrery bench motion                            what it costs that things move, up to 100,000 of them
   orrery bench structures                        the 2008 report's bounding spheres beside boxes
   orrery bench stability --backend cpu           leaks, self-hits, lost boxes, far and tiny scenes, bad input
@@ -168,7 +169,7 @@ pub struct BenchRequest {
     /// of the folders that are read; without it, `../shared/scenes`.
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Hope, growth, motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
+    /// Hope, growth, skips, motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
     #[arg(long)]
     pub small: bool,
 }

@@ -148,6 +148,27 @@ fn growth_has_its_curves_exponents_and_page() {
 }
 
 #[test]
+fn skips_change_no_picture() {
+    let folder = folder("bench_skips");
+    let json = folder.join("report.json").display().to_string();
+    let arguments = ["bench", "skips", "--small", "--backend", "gpu"];
+    let arguments = [&arguments[..], &["--json", &json]].concat();
+    expect(&arguments, 0, &["skips", "by_hand"]);
+    let text = std::fs::read_to_string(&json).expect("the report was written");
+    let report: Value = serde_json::from_str(&text).expect("the report is JSON");
+    expect_proofs(&report, &["off"]);
+    for kind in ["triangles", "spheres", "mirrors"] {
+        for way in ["specialised", "by_hand", "general"] {
+            assert!(value(&report, &format!("kind.{kind}.{way}")) > 0.0);
+        }
+    }
+    for feature in ["transmission", "meshes", "textures"] {
+        assert!(value(&report, &format!("without.{feature}.general")) > 0.0);
+    }
+    expect(&["bench", "skips", "--backend", "cpu"], 2, &["GPU"]);
+}
+
+#[test]
 fn structures_have_their_rows_and_one_picture() {
     let folder = folder("bench_structures");
     let report = report("structures", &folder, &["--repeat", "20"]);

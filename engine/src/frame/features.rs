@@ -56,7 +56,46 @@ pub struct Features {
     pub cutouts: bool,
 }
 
+/// A feature by its name, for those who look at one after the other.
+pub type NamedFeature = (&'static str, fn(&mut Features) -> &mut bool);
+
 impl Features {
+    /// Every one of them.
+    pub const NAMED: [NamedFeature; size_of::<Self>()] = [
+        ("reflection", |f| &mut f.reflection),
+        ("transmission", |f| &mut f.transmission),
+        ("smooth_normals", |f| &mut f.smooth_normals),
+        ("meshes", |f| &mut f.meshes),
+        ("sphere_trees", |f| &mut f.sphere_trees),
+        ("spheres", |f| &mut f.spheres),
+        ("planes", |f| &mut f.planes),
+        ("cuboids", |f| &mut f.cuboids),
+        ("discs", |f| &mut f.discs),
+        ("cones", |f| &mut f.cones),
+        ("open_cones", |f| &mut f.open_cones),
+        ("tori", |f| &mut f.tori),
+        ("spot_lights", |f| &mut f.spot_lights),
+        ("directional_lights", |f| &mut f.directional_lights),
+        ("fade", |f| &mut f.fade),
+        ("sky", |f| &mut f.sky),
+        ("panorama", |f| &mut f.panorama),
+        ("curved", |f| &mut f.curved),
+        ("absorption", |f| &mut f.absorption),
+        ("textures", |f| &mut f.textures),
+        ("normal_maps", |f| &mut f.normal_maps),
+        ("vertex_colors", |f| &mut f.vertex_colors),
+        ("cutouts", |f| &mut f.cutouts),
+    ];
+
+    /// Everything: what a tracer is that leaves nothing out.
+    pub fn all() -> Self {
+        let mut all = Self::default();
+        for (_, feature) in Self::NAMED {
+            *feature(&mut all) = true;
+        }
+        all
+    }
+
     /// Reads the rows of a scene.
     pub fn of(scene: &FrameScene) -> Self {
         let mut needs = Self::default();
@@ -124,5 +163,21 @@ impl Features {
         self.normal_maps |= has_normal_map;
         self.vertex_colors |= has_colors;
         self.cutouts |= material.alpha_cutoff.is_some() && (has_color_map || has_colors);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_feature_has_one_name() {
+        for (i, (_, feature)) in Features::NAMED.into_iter().enumerate() {
+            let mut needs = Features::default();
+            *feature(&mut needs) = true;
+            let found = Features::NAMED.map(|(_, other)| *other(&mut needs));
+            assert_eq!(found.iter().filter(|is_set| **is_set).count(), 1);
+            assert!(found[i]);
+        }
     }
 }

@@ -9,7 +9,7 @@ mod scene;
 mod settings;
 pub mod wire;
 
-pub use features::Features;
+pub use features::{Features, NamedFeature};
 pub use kernels::{BoxTest, FIXED_OFFSET, Kernels, Offset, TriangleTest};
 pub use samples::sample_offset;
 pub use scene::{FrameScene, Instance, Light, LightKind, Shape, View, ViewProjection};

@@ -16,6 +16,7 @@ mod import;
 mod motion;
 mod rays;
 mod report;
+mod skips;
 mod spd;
 mod stability;
 mod start;
@@ -43,7 +44,7 @@ struct Benchmark {
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 12] = [
+const ALL: [Benchmark; 13] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
@@ -71,6 +72,13 @@ const ALL: [Benchmark; 12] = [
         run: growth::run,
         must: |_| false,
         takes: &["--report", "--small"],
+    },
+    Benchmark {
+        name: "skips",
+        about: "what it saves to trace with what a scene needs alone: each feature, and kernels by hand beside it",
+        run: skips::run,
+        must: |_| false,
+        takes: &["--small"],
     },
     Benchmark {
         name: "motion",

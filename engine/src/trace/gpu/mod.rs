@@ -24,6 +24,7 @@
 //! are more nodes to refit.
 
 mod buffers;
+mod by_hand;
 mod canvas;
 mod context;
 mod layout;
@@ -38,6 +39,7 @@ mod tracer;
 pub mod trees;
 mod upload;
 
+pub use by_hand::HandKernel;
 pub use context::{AdapterChoice, Gpu, STORAGE_BUFFERS};
 pub use layout::{Access, SCENE_BINDINGS, tree_bindings};
 pub(crate) use report::{Ends, Reports};

@@ -2,6 +2,7 @@
 
 use std::collections::HashMap;
 
+use super::by_hand::HandKernel;
 use super::context::Gpu;
 use super::layout::Layouts;
 use super::shader::{Kernel, Specialisation, shader_source};
@@ -20,7 +21,9 @@ pub struct Pipeline {
 /// The cache. Asking waits for the compiler, so no picture depends on how long it takes.
 #[derive(Default)]
 pub struct Pipelines {
-    compiled: HashMap<(Kernel, Specialisation), Pipeline>,
+    compiled: HashMap<(Kernel, Specialisation, Option<HandKernel>), Pipeline>,
+    /// In place of the kernel of pictures.
+    pub by_hand: Option<HandKernel>,
 }
 
 impl Pipelines {
@@ -36,10 +39,15 @@ impl Pipelines {
         special: Specialisation,
     ) -> Result<Pipeline, TraceError> {
         let special = relevant(kernel, special);
-        if let Some(pipeline) = self.compiled.get(&(kernel, special)) {
+        let by_hand = self.by_hand.filter(|_| kernel == Kernel::Whitted);
+        if let Some(pipeline) = self.compiled.get(&(kernel, special, by_hand)) {
             return Ok(pipeline.clone());
         }
-        let shader = shader_source(kernel, special).map_err(|why| {
+        let shader = match by_hand {
+            Some(by_hand) => by_hand.shader(special),
+            None => shader_source(kernel, special),
+        };
+        let shader = shader.map_err(|why| {
             TraceError::Device(format!(
                 "the shader {} does not compose: {why}",
                 kernel.name()
@@ -62,7 +70,8 @@ impl Pipelines {
             compute,
             workgroup: shader.workgroup,
         };
-        self.compiled.insert((kernel, special), pipeline.clone());
+        self.compiled
+            .insert((kernel, special, by_hand), pipeline.clone());
         Ok(pipeline)
     }
 }
@@ -78,7 +87,7 @@ fn module_of(gpu: &Gpu, kernel: Kernel, source: String) -> wgpu::ShaderModule {
         force_loop_bounding: false,
         ..wgpu::ShaderRuntimeChecks::checked()
     };
-    // SAFETY: every loop of our kernels ends, and no kernel comes from elsewhere. Walks visit each node of a tree at most
+    // SAFETY: every loop of our kernels ends, and what comes from elsewhere promises the same (`HandKernel`). Walks visit each node of a tree at most
     // once, and builders name each node by one slot; rounds of a shadow ray have ever greater keys;
     // a path's generations and straight crossings are counted; all other loops count to a number of rows.
     #[allow(unsafe_code)]

@@ -215,6 +215,12 @@ impl Specialisation {
 /// # Errors
 /// Where the shader is wrong, in naga's words. Shipped shaders compose; a test tries them.
 pub fn shader_module(kernel: Kernel, special: Specialisation) -> Result<naga::Module, String> {
+    let path = format!("shaders/{}.wgsl", kernel.name());
+    composed(kernel.source(), &path, special)
+}
+
+/// A file that may import `shaders/shared`, as one module.
+fn composed(source: &str, path: &str, special: Specialisation) -> Result<naga::Module, String> {
     let definitions = special.definitions();
     let mut composer = Composer::default().with_capabilities(Capabilities::empty());
     for (name, source) in SHARED {
@@ -230,8 +236,8 @@ pub fn shader_module(kernel: Kernel, special: Specialisation) -> Result<naga::Mo
     }
     composer
         .make_naga_module(NagaModuleDescriptor {
-            source: kernel.source(),
-            file_path: &format!("shaders/{}.wgsl", kernel.name()),
+            source,
+            file_path: path,
             shader_defs: definitions,
             ..NagaModuleDescriptor::default()
         })
@@ -252,7 +258,19 @@ pub struct Shader {
 /// # Errors
 /// As [`shader_module`].
 pub fn shader_source(kernel: Kernel, special: Specialisation) -> Result<Shader, String> {
-    let module = shader_module(kernel, special)?;
+    plain(shader_module(kernel, special)?, kernel)
+}
+
+/// The source of a kernel that stands in another one's place, as plain WGSL.
+pub(super) fn stand_in_source(
+    kernel: Kernel,
+    (name, source): (&str, &str),
+    special: Specialisation,
+) -> Result<Shader, String> {
+    plain(composed(source, name, special)?, kernel)
+}
+
+fn plain(module: naga::Module, kernel: Kernel) -> Result<Shader, String> {
     let info = Validator::new(ValidationFlags::all(), Capabilities::empty())
         .validate(&module)
         .map_err(|error| format!("{}: {error:?}", kernel.name()))?;
