@@ -46,7 +46,9 @@ impl From<TraceError> for Failure {
     fn from(error: TraceError) -> Self {
         match error {
             TraceError::TooLarge(why) => Self::Input(why),
-            TraceError::NoDevice(why) | TraceError::Device(why) => Self::NoDevice(why),
+            TraceError::NoDevice(why) | TraceError::Device(why) | TraceError::DeviceLost(why) => {
+                Self::NoDevice(why)
+            }
         }
     }
 }

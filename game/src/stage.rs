@@ -8,7 +8,7 @@ use orrery_engine::frame::{FrameScene, TraceSettings, View};
 use orrery_engine::import::{Cache, Loader, user_folder};
 use orrery_engine::profile::Profile;
 use orrery_engine::time::{Clock, Time};
-use orrery_engine::trace::{ActiveTracer, Picture, TraceFault, Tracer};
+use orrery_engine::trace::{ActiveTracer, Picture, TraceError, TraceFault, Tracer};
 
 use crate::args::Common;
 use crate::assets::find_scene;
@@ -93,22 +93,35 @@ pub fn cast(engine: &mut Engine, tracer: Box<dyn Tracer>) {
 }
 
 /// Runs the frame of that number.
-pub fn advance(engine: &mut Engine, frame: u64) -> Result<(), Failure> {
+pub fn advance(engine: &mut Engine, frame: u64) -> Result<(), TraceError> {
     *engine.world.resource_mut::<Clock>() = Clock::Frame(frame);
     engine.frame();
     match engine.world.resource_mut::<TraceFault>().0.take() {
-        Some(fault) => Err(fault.into()),
+        Some(fault) => Err(fault),
         None => Ok(()),
     }
 }
 
 /// Runs the frame of that number and hands its picture out. The [`Profile`] then has what this very
-/// picture took: when the frame wrote it, a GPU was still at work.
+/// picture took: when the frame wrote it, a GPU was still at work. A device that is lost over it is opened anew, once.
 pub fn picture(engine: &mut Engine, frame: u64) -> Result<Picture, Failure> {
+    match traced_frame(engine, frame) {
+        Err(TraceError::DeviceLost(why)) => {
+            note(format_args!("note: {why}; frame {frame} is traced again"));
+            if let Some(tracer) = &mut engine.world.resource_mut::<ActiveTracer>().0 {
+                tracer.recover(None)?;
+            }
+            Ok(traced_frame(engine, frame)?)
+        }
+        other => Ok(other?),
+    }
+}
+
+fn traced_frame(engine: &mut Engine, frame: u64) -> Result<Picture, TraceError> {
     advance(engine, frame)?;
     let mut tracer = engine.world.resource_mut::<ActiveTracer>();
     let Some(tracer) = &mut tracer.0 else {
-        return Err(Failure::NoDevice("no tracer was opened".into()));
+        return Err(TraceError::NoDevice("no tracer was opened".into()));
     };
     let picture = tracer.picture()?;
     let (passes, counters) = (tracer.pass_times(), tracer.counters());

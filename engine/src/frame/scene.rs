@@ -78,6 +78,21 @@ pub enum ViewProjection {
     Orthographic,
 }
 
+impl FrameScene {
+    /// How much there is of it, for errors.
+    pub fn size_in_words(&self) -> String {
+        let triangles: usize = self.meshes.iter().map(|row| row.data.triangles.len()).sum();
+        let vertices: usize = self.meshes.iter().map(|row| row.data.positions.len()).sum();
+        format!(
+            "{} instances, {} meshes of {triangles} triangles and {vertices} vertices in all, {} lights, {} textures",
+            self.instances.len(),
+            self.meshes.len(),
+            self.lights.len(),
+            self.textures.len()
+        )
+    }
+}
+
 /// A light in the world.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Light {

@@ -100,6 +100,11 @@ impl Screen {
         self.shares_device = true;
     }
 
+    /// Whether its device is gone for good: another screen is to take its place.
+    pub fn is_lost(&self) -> bool {
+        matches!(self.gpu.check(), Err(TraceError::DeviceLost(_)))
+    }
+
     /// Follows the window; a size of zero (minimised) is left alone.
     pub fn resize(&mut self, size: UVec2) {
         if size.min_element() > 0 && size != self.size() {
@@ -155,6 +160,9 @@ impl Screen {
         use wgpu::CurrentSurfaceTexture as Current;
         let mut fault = None;
         for _ in 0..2 {
+            if self.is_lost() {
+                break;
+            }
             let surface = self.surface.as_ref();
             match surface.map_or(Current::Lost, wgpu::Surface::get_current_texture) {
                 Current::Success(image) => return Some(image),
@@ -171,6 +179,8 @@ impl Screen {
                 }
             }
         }
+        // A loss is told when the device is asked; an error here shows in `check`.
+        let _ = self.gpu.device.poll(wgpu::PollType::Poll);
         self.fault = self.gpu.check().err().or(fault);
         None
     }

@@ -46,6 +46,7 @@ pub use picture::Picture;
 pub use systems::{ActiveTracer, OtherPasses, TraceFault, plugin};
 
 use std::fmt;
+use std::sync::Arc;
 
 use glam::{UVec2, Vec3};
 
@@ -246,11 +247,14 @@ pub enum TraceError {
     TooLarge(String),
     /// The device failed.
     Device(String),
+    /// The device is gone for good, with all that was on it: [`Tracer::recover`].
+    DeviceLost(String),
 }
 
 impl fmt::Display for TraceError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (Self::NoDevice(why) | Self::TooLarge(why) | Self::Device(why)) = self;
+        let (Self::NoDevice(why) | Self::TooLarge(why) | Self::Device(why) | Self::DeviceLost(why)) =
+            self;
         f.write_str(why)
     }
 }
@@ -288,6 +292,15 @@ pub trait Tracer: Send + Sync {
     /// # Errors
     /// See [`TraceError`]; [`TraceError::Device`] before the first [`Tracer::render`].
     fn picture(&mut self) -> Result<Picture, TraceError>;
+
+    /// Goes on on another device in place of one that was lost: on this one, or else on the same adapter opened anew. The
+    /// next frame brings everything there, and its picture is what it would have been. The host is not lost.
+    ///
+    /// # Errors
+    /// [`TraceError::NoDevice`] if the adapter is no longer there or does not open.
+    fn recover(&mut self, _gpu: Option<Arc<gpu::Gpu>>) -> Result<(), TraceError> {
+        Ok(())
+    }
 
     /// The last picture where the GPU left it, for presenting without a copy; none on the host's tracers.
     fn device_picture(&self) -> Option<gpu::DevicePicture> {

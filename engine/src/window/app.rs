@@ -4,7 +4,6 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use bevy_ecs::change_detection::Mut;
-use glam::UVec2;
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{DeviceEvent, DeviceId, WindowEvent};
@@ -12,6 +11,9 @@ use winit::event_loop::{ActiveEventLoop, ControlFlow};
 use winit::window::{Fullscreen, Window, WindowId};
 
 use super::commands::{Requests, screenshot_path};
+use super::devices::{
+    Failures, Sharing, device_failure, give_tracer, inner_size, open_screen, recover,
+};
 use super::dropped::Dropped;
 use super::resolution::Resolution;
 use super::router::{self, Router};
@@ -24,11 +26,7 @@ use crate::frame::TraceSettings;
 use crate::input::Input;
 use crate::present::{Screen, Screenshot, Ui};
 use crate::time::Time;
-use crate::trace::gpu::Gpu;
-use crate::trace::{ActiveTracer, Backend, BackendChoice, TraceError, TraceFault, open_tracer};
-
-/// Device failures in a row that end the run: one may be a passing hiccup of the driver.
-const FAILURES_TOLERATED: u32 = 8;
+use crate::trace::{ActiveTracer, TraceFault};
 
 /// A window that is open.
 struct Open {
@@ -38,7 +36,10 @@ struct Open {
     title: Title,
     device: String,
     hidden: bool,
-    failures: u32,
+    sharing: Sharing,
+    /// Largest texture that the overlay may ask for.
+    texture_side: usize,
+    failures: Failures,
 }
 
 /// The engine, and its window once there is one.
@@ -93,66 +94,42 @@ impl<'a> WindowApp<'a> {
             .create_window(attributes)
             .map_err(|error| no_display(format!("the window cannot open: {error}")))?;
         let window = Arc::new(window);
-        let instance = Gpu::instance();
-        let surface = instance
-            .create_surface(window.clone())
-            .map_err(|error| no_display(format!("nothing can draw to the window: {error}")))?;
-        let gpu = Gpu::open(instance, &self.options.presenting_adapter(), Some(&surface))
-            .map_err(|error| no_display(error.to_string()))?;
-        let gpu = Arc::new(gpu);
-        let mut screen = Screen::new(
-            gpu.clone(),
-            window.clone(),
-            surface,
-            inner_size(&window),
-            self.options.vsync,
-        )
-        .map_err(|error| no_display(error.to_string()))?;
-        let device = self.open_tracer(&gpu, &mut screen)?;
+        let (gpu, mut screen) = open_screen(&window, &self.options)?;
+        let sharing = give_tracer(&mut self.engine.world, &self.options, &gpu)?;
+        if sharing == Sharing::Shared {
+            screen.share_device();
+        }
         self.engine.world.insert_resource(screen);
         let context = self.engine.world.resource::<Ui>().context().clone();
         theme::apply(&context);
+        let texture_side = gpu.device.limits().max_texture_dimension_2d as usize;
         let overlay_input = egui_winit::State::new(
             context,
             egui::ViewportId::ROOT,
             &window,
             Some(window.scale_factor() as f32),
             window.theme(),
-            Some(gpu.device.limits().max_texture_dimension_2d as usize),
+            Some(texture_side),
         );
         Ok(Open {
             resolution: self.first_resolution(),
             window,
             router: Router::new(overlay_input),
             title: Title::new(),
-            device,
+            device: self.device(),
             hidden: false,
-            failures: 0,
+            sharing,
+            texture_side,
+            failures: Failures::default(),
         })
     }
 
-    /// The tracer of the run, unless the engine has one; the device in words.
-    fn open_tracer(&mut self, gpu: &Arc<Gpu>, screen: &mut Screen) -> Result<String, WindowError> {
-        let world = &mut self.engine.world;
-        if let Some(tracer) = &world.resource::<ActiveTracer>().0 {
-            return Ok(tracer.device());
-        }
-        let (choice, adapter) = (self.options.backend, self.options.adapter.as_deref());
-        let (tracer, note) =
-            open_tracer(choice, adapter, Some(gpu.clone())).map_err(WindowError::NoTracer)?;
-        if let Some(note) = note {
-            // Not by default what one would expect: the default level of the log shows it.
-            tracing::warn!("{note}");
-            world.resource_mut::<Notices>().toast(note);
-        }
-        // By itself, a hardware GPU is preferred over the software adapter that presents.
-        let elsewhere = choice == BackendChoice::Auto && adapter.is_none() && gpu.is_software();
-        if tracer.backend() == Backend::Gpu && !elsewhere {
-            screen.share_device();
-        }
-        let device = tracer.device();
-        world.resource_mut::<ActiveTracer>().0 = Some(tracer);
-        Ok(device)
+    /// Who traces, in words.
+    fn device(&self) -> String {
+        let tracer = &self.engine.world.resource::<ActiveTracer>().0;
+        tracer
+            .as_ref()
+            .map_or_else(String::new, |tracer| tracer.device())
     }
 
     fn first_resolution(&self) -> Resolution {
@@ -171,6 +148,12 @@ impl<'a> WindowApp<'a> {
         };
         let size = inner_size(&open.window);
         if open.hidden || size.min_element() == 0 {
+            return;
+        }
+        if let Some(at) = open.failures.retry_at {
+            if Instant::now() >= at {
+                self.recover(event_loop);
+            }
             return;
         }
         let world = &mut self.engine.world;
@@ -252,8 +235,8 @@ impl<'a> WindowApp<'a> {
         self.count_failures(event_loop);
     }
 
-    /// Ends the run where the device keeps failing, in tracing or in presenting. A scene that is too large
-    /// for it is no failure of the device: the window says so and goes on.
+    /// Ends the run where the device keeps failing, in tracing or in presenting; one that is lost is opened anew a little
+    /// later.
     fn count_failures(&mut self, event_loop: &ActiveEventLoop) {
         let Some(open) = &mut self.open else {
             return;
@@ -263,29 +246,39 @@ impl<'a> WindowApp<'a> {
         world.resource_mut::<Notices>().fault = tracing_fault.as_ref().map(ToString::to_string);
         let presenting_fault = world.resource_mut::<Screen>().take_fault();
         match device_failure(presenting_fault, tracing_fault) {
-            None => open.failures = 0,
+            None => open.failures.note_success(),
             Some(error) => {
-                tracing::warn!("{error}");
-                open.failures += 1;
-                if open.failures > FAILURES_TOLERATED {
+                if let Err(error) = open.failures.note_failure(error, Instant::now()) {
                     self.fail(event_loop, WindowError::Device(error));
                 }
             }
         }
     }
-}
 
-/// What counts as a failing device: whatever presenting says, and of tracing only the device's own faults.
-fn device_failure(
-    presenting: Option<TraceError>,
-    tracing: Option<TraceError>,
-) -> Option<TraceError> {
-    presenting.or_else(|| tracing.filter(|fault| matches!(fault, TraceError::Device(_))))
-}
-
-fn inner_size(window: &Window) -> UVec2 {
-    let size = window.inner_size();
-    UVec2::new(size.width, size.height)
+    /// Goes on after a loss: the world is as it was.
+    fn recover(&mut self, event_loop: &ActiveEventLoop) {
+        let Some(open) = &mut self.open else {
+            return;
+        };
+        let world = &mut self.engine.world;
+        match recover(world, &open.window, &self.options, open.sharing) {
+            Ok(()) => {
+                open.failures.retry_at = None;
+                // The pictures of letters were lost as well: egui makes them anew for another limit of their size.
+                open.texture_side -= 1;
+                open.router
+                    .overlay()
+                    .set_max_texture_side(open.texture_side);
+                let words = "The GPU was lost and is back; nothing else was.";
+                world.resource_mut::<Notices>().toast(words);
+            }
+            Err(error) => {
+                if let Err(error) = open.failures.note_failure(error, Instant::now()) {
+                    self.fail(event_loop, WindowError::Device(error));
+                }
+            }
+        }
+    }
 }
 
 impl ApplicationHandler for WindowApp<'_> {
@@ -334,12 +327,14 @@ impl ApplicationHandler for WindowApp<'_> {
         };
         // Nobody sees a minimised window: wait until somebody does.
         let idle = open.hidden || inner_size(&open.window).min_element() == 0;
-        event_loop.set_control_flow(if idle {
-            ControlFlow::Wait
-        } else {
-            ControlFlow::Poll
+        let retry_at = open.failures.retry_at;
+        let later = retry_at.filter(|at| *at > Instant::now());
+        event_loop.set_control_flow(match later {
+            _ if idle => ControlFlow::Wait,
+            Some(at) => ControlFlow::WaitUntil(at),
+            None => ControlFlow::Poll,
         });
-        if !idle {
+        if !idle && later.is_none() {
             open.window.request_redraw();
         }
     }
@@ -348,20 +343,5 @@ impl ApplicationHandler for WindowApp<'_> {
         // The surface goes before the window it belongs to, while the event loop still lives.
         self.engine.world.remove_resource::<Screen>();
         self.open = None;
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_tracer_that_loses_its_device_counts_and_a_scene_too_large_does_not() {
-        let device = || Some(TraceError::Device("the device was lost".into()));
-        let large = || Some(TraceError::TooLarge("too many triangles".into()));
-        assert_eq!(device_failure(None, device()), device());
-        assert_eq!(device_failure(device(), large()), device());
-        assert_eq!(device_failure(None, large()), None);
-        assert_eq!(device_failure(None, None), None);
     }
 }

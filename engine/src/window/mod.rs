@@ -6,6 +6,7 @@
 mod app;
 mod budget;
 mod commands;
+mod devices;
 mod display;
 mod dropped;
 mod resolution;

@@ -13,18 +13,21 @@ const PATIENCE: Duration = Duration::from_secs(20);
 pub struct RowBuffer {
     label: &'static str,
     usage: wgpu::BufferUsages,
+    /// Bytes of a row.
+    row: u64,
     buffer: wgpu::Buffer,
     /// What the last [`RowBuffer::write_changed`] left there, and where.
     known: Option<(u64, Vec<u8>)>,
 }
 
 impl RowBuffer {
-    /// Room for `size` bytes (one row, so that it can be bound), all zero.
+    /// Room for one row of `size` bytes, so that it can be bound, all zero.
     pub fn new(gpu: &Gpu, label: &'static str, usage: wgpu::BufferUsages, size: u64) -> Self {
         let usage = usage | wgpu::BufferUsages::COPY_DST;
         Self {
             label,
             usage,
+            row: size,
             buffer: create(gpu, label, usage, size),
             known: None,
         }
@@ -43,15 +46,12 @@ impl RowBuffer {
         if size <= self.buffer.size() {
             return Ok(false);
         }
-        let limits = gpu.device.limits();
-        let most = limits
-            .max_storage_buffer_binding_size
-            .min(limits.max_buffer_size)
-            & !15;
+        let (most, limit) = gpu.most_bound();
         if size > most {
             return Err(TraceError::TooLarge(format!(
-                "the scene's {} take {size} bytes; {} binds at most {most}; `--backend cpu` has no such limit",
+                "the scene's {} take {size} bytes (room for {}); {} binds at most {most} ({limit})",
                 self.label,
+                size.div_ceil(self.row),
                 gpu.describe()
             )));
         }
@@ -108,10 +108,9 @@ pub fn read(gpu: &Gpu, buffer: &wgpu::Buffer) -> Result<Vec<u8>, TraceError> {
         let _ = answer.send(result);
     });
     let lost = |why: String| TraceError::Device(format!("the GPU's answer did not come: {why}"));
-    gpu.device
-        .poll(wgpu::PollType::wait_indefinitely())
-        .map_err(|error| lost(error.to_string()))?;
+    let waited = gpu.device.poll(wgpu::PollType::wait_indefinitely());
     gpu.check()?;
+    waited.map_err(|error| lost(error.to_string()))?;
     // All work is done, but another thread's poll may have taken our callback and be about to run it.
     match answered.recv_timeout(PATIENCE) {
         Ok(Ok(())) => {}

@@ -1,6 +1,6 @@
 //! The picture on the device, and the passes that trace it.
 //!
-//! A picture is traced in bands of rows, a sample a pass; or first its pixels' first samples, then the list of
+//! A picture is traced in bands of rows as high as the device's pace allows ([`super::pace`]), a sample a pass; or first its pixels' first samples, then the list of
 //! edges, then parts of that list. How long the list is stays on the device: parts are asked for as if every pixel were on it, and those
 //! behind its end find nothing to do, which costs less than the host's waiting or a dispatch of the device's own. Each
 //! pass is a submission, so that no single one is long. More samples a pass would be slower (4 in one took 7 times as long
@@ -17,9 +17,6 @@ use crate::frame::wire::{PassRow, ViewRow};
 use crate::trace::progress::{Due, first_samples, is_adaptive};
 use crate::trace::{Picture, TraceError};
 
-/// Samples of a dispatch: enough to fill a GPU many times over, few enough that a display driver's
-/// watchdog (seconds) does not take a slow one for dead.
-const BAND_SAMPLES: u32 = 1 << 20;
 /// Invocations of a workgroup that works on the list.
 const LIST_GROUP: u32 = 64;
 /// Rows and columns of pixels of a workgroup that works on the picture.
@@ -64,15 +61,13 @@ impl Canvas {
         let lists = is_adaptive(view);
         let count = u64::from(size.x) * u64::from(size.y);
         let bytes = count * size_of::<Vec4>() as u64;
-        let limits = gpu.device.limits();
-        let most = limits
-            .max_storage_buffer_binding_size
-            .min(limits.max_buffer_size);
+        let (most, limit) = gpu.most_bound();
+        let most_groups = gpu.device.limits().max_compute_workgroups_per_dimension;
         // A workgroup covers at least a pixel each way, so this many groups always suffice.
         let longest = size.max_element();
-        if bytes == 0 || bytes > most || longest > limits.max_compute_workgroups_per_dimension {
+        if bytes == 0 || bytes > most || longest > most_groups {
             return Err(TraceError::TooLarge(format!(
-                "a picture of {} x {} pixels does not fit {}: it takes {bytes} bytes of at most {most}; ask for a smaller size",
+                "a picture of {} x {} pixels does not fit {}: it takes {bytes} bytes of at most {most} ({limit}), and no side may be longer than {most_groups} (max_compute_workgroups_per_dimension); ask for a smaller size",
                 size.x,
                 size.y,
                 gpu.describe()
@@ -132,8 +127,8 @@ pub struct Pass {
     pub groups: [u32; 2],
 }
 
-/// What brings the picture to what is due.
-pub fn passes(view: &ViewRow, due: Due) -> Vec<Pass> {
+/// What brings the picture to what is due, in dispatches of at most `most` samples where that is possible.
+pub fn passes(view: &ViewRow, due: Due, most: u32) -> Vec<Pass> {
     let next = |limit| PassRow {
         goes_on: 1,
         limit,
@@ -144,7 +139,7 @@ pub fn passes(view: &ViewRow, due: Due) -> Vec<Pass> {
         Due::Nothing => {}
         Due::Refinement { limit, by } => {
             for _ in 0..by {
-                passes.extend(bands(view, next(limit)));
+                passes.extend(bands(view, next(limit), most));
             }
         }
         Due::Picture => {
@@ -152,7 +147,7 @@ pub fn passes(view: &ViewRow, due: Due) -> Vec<Pass> {
             for taken in 0..first {
                 let row = next(first);
                 let goes_on = u32::from(taken > 0);
-                passes.extend(bands(view, PassRow { goes_on, ..row }));
+                passes.extend(bands(view, PassRow { goes_on, ..row }, most));
             }
         }
     }
@@ -163,16 +158,16 @@ pub fn passes(view: &ViewRow, due: Due) -> Vec<Pass> {
             groups: [view.width.div_ceil(TILE), view.height.div_ceil(TILE)],
         });
         for _ in 1..view.samples {
-            passes.extend(parts_of_list(view, next(view.samples)));
+            passes.extend(parts_of_list(view, next(view.samples), most));
         }
     }
     passes
 }
 
-/// A pass in bands of whole workgroups, with at most [`BAND_SAMPLES`] samples where that is possible.
-fn bands(view: &ViewRow, row: PassRow) -> impl Iterator<Item = Pass> {
+/// A pass in bands of whole workgroups, with at most `most` samples where that is possible.
+fn bands(view: &ViewRow, row: PassRow, most: u32) -> impl Iterator<Item = Pass> {
     let (width, height) = (view.width, view.height);
-    let rows = (BAND_SAMPLES / width.max(1) / TILE * TILE).clamp(TILE, height.max(TILE));
+    let rows = (most / width.max(1) / TILE * TILE).clamp(TILE, height.max(TILE));
     (0..height).step_by(rows as usize).map(move |first| {
         let count = rows.min(height - first);
         Pass {
@@ -187,23 +182,21 @@ fn bands(view: &ViewRow, row: PassRow) -> impl Iterator<Item = Pass> {
     })
 }
 
-/// A pass in parts of the list of edges with at most [`BAND_SAMPLES`] samples, as many as a list of all pixels takes.
-fn parts_of_list(view: &ViewRow, row: PassRow) -> impl Iterator<Item = Pass> {
+/// A pass in parts of the list of edges with at most `most` samples, as many as a list of all pixels takes.
+fn parts_of_list(view: &ViewRow, row: PassRow, most: u32) -> impl Iterator<Item = Pass> {
     let pixels = view.width * view.height;
-    (0..pixels)
-        .step_by(BAND_SAMPLES as usize)
-        .map(move |first| {
-            let count = BAND_SAMPLES.min(pixels - first);
-            Pass {
-                kernel: Kernel::Antialias,
-                row: PassRow {
-                    first,
-                    count,
-                    ..row
-                },
-                groups: [count.div_ceil(LIST_GROUP), 1],
-            }
-        })
+    (0..pixels).step_by(most as usize).map(move |first| {
+        let count = most.min(pixels - first);
+        Pass {
+            kernel: Kernel::Antialias,
+            row: PassRow {
+                first,
+                count,
+                ..row
+            },
+            groups: [count.div_ceil(LIST_GROUP), 1],
+        }
+    })
 }
 
 #[cfg(test)]
@@ -240,26 +233,26 @@ mod tests {
             [(1, 1, 1), (640, 480, 1), (1920, 1081, 5), (4096, 2160, 256)]
         {
             let view = view(width, height, of_each, 0.0);
-            let passes = passes(&view, Due::Picture);
-            let taken = samples(&passes, Kernel::Whitted, height);
-            assert!(taken.iter().all(|taken| *taken == of_each));
+            for most in [1 << 10, 1 << 17, 1 << 20] {
+                let passes = passes(&view, Due::Picture, most);
+                let taken = samples(&passes, Kernel::Whitted, height);
+                assert!(taken.iter().all(|taken| *taken == of_each));
+                let least = TILE * width;
+                let largest = passes.iter().map(|pass| pass.row.count * width).max();
+                assert!(largest <= Some(most.max(least)), "{largest:?} of {most}");
+            }
         }
-        assert_eq!(passes(&view(1024, 768, 1, 0.0), Due::Picture).len(), 1);
-        assert_eq!(
-            passes(
-                &view(1024, 768, 1, 0.0),
-                Due::Refinement { limit: 9, by: 1 }
-            )
-            .len(),
-            1
-        );
+        let (one, refined) = (view(1024, 768, 1, 0.0), Due::Refinement { limit: 9, by: 1 });
+        assert_eq!(passes(&one, Due::Picture, 1 << 20).len(), 1);
+        assert_eq!(passes(&one, Due::Picture, 1 << 18).len(), 3);
+        assert_eq!(passes(&one, refined, 1 << 20).len(), 1);
     }
 
     #[test]
     fn passes_give_every_edge_its_further_samples() {
         for (width, height, of_each) in [(1, 1, 2), (640, 480, 16), (1920, 1081, 256)] {
             let view = view(width, height, of_each, 0.1);
-            let passes = passes(&view, Due::Picture);
+            let passes = passes(&view, Due::Picture, 1 << 20);
             let first = samples(&passes, Kernel::Whitted, height);
             assert!(first.iter().all(|taken| *taken == 1));
             let parts: Vec<_> = passes

@@ -2,8 +2,9 @@
 //!
 //! Opened by [`super::GpuTracer`]'s callers: once, and shared with the window that presents. wgpu reports
 //! errors through callbacks and panics if nobody listens; here they land in a slot that [`Gpu::check`]
-//! turns into [`TraceError::Device`], so a lost device is an answer, not a crash. wgpu tells of a loss only
-//! once and keeps quiet about every call after it, so the loss is kept and answered from then on.
+//! turns into errors, so a lost device is an answer, not a crash. wgpu tells of a loss only
+//! once and keeps quiet about every call after it, so the loss is kept and answered from then on, until somebody goes on
+//! with another device ([`Gpu::reopened`]).
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -64,11 +65,19 @@ impl Faults {
     }
 
     /// An error is answered once, a loss every time.
-    fn look(&self) -> Option<String> {
+    fn look(&self) -> Option<Fault> {
         let mut noted = self.noted();
         let error = noted.error.take();
-        noted.loss.clone().or(error)
+        let loss = noted.loss.clone().map(Fault::Loss);
+        loss.or(error.map(Fault::Error))
     }
+}
+
+/// What [`Faults`] answer.
+#[derive(Debug, PartialEq)]
+enum Fault {
+    Error(String),
+    Loss(String),
 }
 
 impl Gpu {
@@ -103,7 +112,7 @@ impl Gpu {
                 ));
                 continue;
             }
-            match open_device(adapter, limits(&adapter.limits())) {
+            match open_device(adapter, limits(&adapter.limits()), timestamps()) {
                 Ok(opened) => return Ok(Self::around(instance, adapter.clone(), opened)),
                 Err(why) => reasons.push(format!("{}: {why}", describe(&infos[index]))),
             }
@@ -114,12 +123,25 @@ impl Gpu {
         )))
     }
 
+    /// The same adapter with a new device of the same limits, for one that was lost.
+    ///
+    /// # Errors
+    /// [`TraceError::NoDevice`] if the adapter is no longer there or does not open.
+    pub fn reopened(&self) -> Result<Self, TraceError> {
+        let gone = |why: String| {
+            let adapter = self.describe();
+            TraceError::NoDevice(format!("the GPU ({adapter}) did not come back: {why}"))
+        };
+        let same = |adapter: &wgpu::Adapter| adapter.get_info() == self.info;
+        let adapter = list(&self.instance).into_iter().find(same);
+        let adapter = adapter.ok_or_else(|| gone("it is no longer there".into()))?;
+        let opened = open_device(&adapter, self.device.limits(), self.device.features());
+        let opened = opened.map_err(|error| gone(error.to_string()))?;
+        Ok(Self::around(self.instance.clone(), adapter, opened))
+    }
+
     /// What is open already, with its errors listened to.
-    fn around(
-        instance: wgpu::Instance,
-        adapter: wgpu::Adapter,
-        (device, queue): (wgpu::Device, wgpu::Queue),
-    ) -> Self {
+    fn around(instance: wgpu::Instance, adapter: wgpu::Adapter, (device, queue): Opened) -> Self {
         let faults = Faults::default();
         listen(&device, &faults);
         Self {
@@ -145,14 +167,32 @@ impl Gpu {
     /// What went wrong on the device since the last call; of a lost device, its loss at every call.
     ///
     /// # Errors
-    /// [`TraceError::Device`] with the driver's or wgpu's words.
+    /// [`TraceError::Device`] or [`TraceError::DeviceLost`] with the driver's or wgpu's words.
     pub fn check(&self) -> Result<(), TraceError> {
         match self.faults.look() {
-            Some(what) => Err(TraceError::Device(format!(
+            Some(Fault::Error(what)) => Err(TraceError::Device(format!(
                 "the GPU failed ({}): {what}",
                 self.describe()
             ))),
+            Some(Fault::Loss(why)) => Err(TraceError::DeviceLost(format!(
+                "the GPU was lost ({}): {why}",
+                self.describe()
+            ))),
             None => Ok(()),
+        }
+    }
+
+    /// Most bytes of a buffer that a kernel binds, and the name of the limit that says so.
+    pub fn most_bound(&self) -> (u64, &'static str) {
+        let limits = self.device.limits();
+        let (bound, created) = (
+            limits.max_storage_buffer_binding_size,
+            limits.max_buffer_size,
+        );
+        if bound <= created {
+            (bound & !15, "max_storage_buffer_binding_size")
+        } else {
+            (created & !15, "max_buffer_size")
         }
     }
 }
@@ -235,16 +275,23 @@ fn limits(adapter: &wgpu::Limits) -> wgpu::Limits {
     portable.or_worse_values_from(adapter)
 }
 
+/// What is used where the adapter has it.
+fn timestamps() -> wgpu::Features {
+    wgpu::Features::TIMESTAMP_QUERY
+        | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
+        | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES
+}
+
+type Opened = (wgpu::Device, wgpu::Queue);
+
 fn open_device(
     adapter: &wgpu::Adapter,
     required_limits: wgpu::Limits,
-) -> Result<(wgpu::Device, wgpu::Queue), wgpu::RequestDeviceError> {
-    let timestamps = wgpu::Features::TIMESTAMP_QUERY
-        | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
-        | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES;
+    wanted: wgpu::Features,
+) -> Result<Opened, wgpu::RequestDeviceError> {
     pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
         label: Some("orrery"),
-        required_features: adapter.features() & timestamps,
+        required_features: adapter.features() & wanted,
         required_limits,
         ..wgpu::DeviceDescriptor::default()
     }))
@@ -257,10 +304,9 @@ fn listen(device: &wgpu::Device, faults: &Faults) {
     }));
     let lost = faults.clone();
     device.set_device_lost_callback(move |reason, message| {
-        // A device that its owner drops is not a fault.
-        if reason != wgpu::DeviceLostReason::Destroyed {
-            lost.note_loss(format!("the device was lost: {message}"));
-        }
+        let words = [message.trim(), "no reason was given"];
+        let why = words.into_iter().find(|words| !words.is_empty());
+        lost.note_loss(format!("{reason:?}: {}", why.unwrap_or_default()));
     });
 }
 
@@ -271,18 +317,32 @@ mod tests {
     impl Gpu {
         /// Any adapter, opened so that no buffer may be larger than `most` bytes: small scenes are too large for it.
         pub(in crate::trace::gpu) fn limited(most: u64) -> Result<Self, TraceError> {
+            let smaller = |limits| wgpu::Limits {
+                max_buffer_size: most,
+                max_storage_buffer_binding_size: most,
+                ..limits
+            };
+            Self::opened_as(|adapter| {
+                open_device(adapter, smaller(limits(&adapter.limits())), timestamps())
+            })
+        }
+
+        /// Any adapter, opened without timestamps.
+        pub(in crate::trace::gpu) fn untimed() -> Result<Self, TraceError> {
+            Self::opened_as(|adapter| {
+                open_device(adapter, limits(&adapter.limits()), wgpu::Features::empty())
+            })
+        }
+
+        fn opened_as(
+            open: impl FnOnce(&wgpu::Adapter) -> Result<Opened, wgpu::RequestDeviceError>,
+        ) -> Result<Self, TraceError> {
             let instance = Self::instance();
             let adapter = list(&instance)
                 .into_iter()
                 .next()
                 .ok_or_else(|| TraceError::NoDevice("no adapter at all".into()))?;
-            let limits = wgpu::Limits {
-                max_buffer_size: most,
-                max_storage_buffer_binding_size: most,
-                ..limits(&adapter.limits())
-            };
-            let opened = open_device(&adapter, limits)
-                .map_err(|error| TraceError::NoDevice(error.to_string()))?;
+            let opened = open(&adapter).map_err(|error| TraceError::NoDevice(error.to_string()))?;
             Ok(Self::around(instance, adapter, opened))
         }
     }
@@ -305,12 +365,12 @@ mod tests {
     fn an_error_passes_and_a_loss_stays() {
         let faults = Faults::default();
         faults.note_error("a bad binding".into());
-        assert_eq!(faults.look().as_deref(), Some("a bad binding"));
+        assert_eq!(faults.look(), Some(Fault::Error("a bad binding".into())));
         assert_eq!(faults.look(), None);
         faults.note_loss("it was unplugged".into());
         faults.note_error("a bad binding".into());
         for _ in 0..3 {
-            assert_eq!(faults.look().as_deref(), Some("it was unplugged"));
+            assert_eq!(faults.look(), Some(Fault::Loss("it was unplugged".into())));
         }
     }
 

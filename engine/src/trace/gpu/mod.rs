@@ -28,12 +28,16 @@ mod by_hand;
 mod canvas;
 mod context;
 mod layout;
+mod pace;
 mod pipelines;
 mod rate;
 mod rays;
 mod readback;
 mod report;
 mod shader;
+mod submit;
+#[cfg(test)]
+mod tests;
 mod texels;
 mod tracer;
 pub mod trees;

@@ -198,8 +198,8 @@ impl GpuTracer {
             timeout: None,
         };
         let waited = self.gpu.device.poll(wait);
-        waited.map_err(|error| lost(error.to_string()))?;
         self.gpu.check()?;
+        waited.map_err(|error| lost(error.to_string()))?;
         // The work is done, but another thread's poll may have taken our callback and be about to run it.
         match sent.answered.recv_timeout(PATIENCE) {
             Ok(Ok(())) => {}

@@ -30,8 +30,19 @@ pub struct Report {
     pub millis: Option<f64>,
     /// Milliseconds of the passes for edges after that; none: there were none.
     pub edges_millis: Option<f64>,
-    /// Pixels across and down if it was traced from its start; none: samples that refined it.
-    pub whole: Option<UVec2>,
+    /// What was traced.
+    pub traced: Traced,
+}
+
+/// What a report is of.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Traced {
+    /// Pixels across and down.
+    pub size: UVec2,
+    /// It was traced from its start; otherwise samples that refined it.
+    pub is_whole: bool,
+    /// Samples, those of edges aside.
+    pub samples: u64,
 }
 
 /// What of a picture is over.
@@ -61,7 +72,7 @@ pub struct Reports {
     resolved: wgpu::Buffer,
     readback: Readback,
     /// Of each report under way.
-    wholes: [Option<UVec2>; SLOTS],
+    traced: [Traced; SLOTS],
 }
 
 impl Reports {
@@ -89,7 +100,7 @@ impl Reports {
                 TIMESTAMPS,
             ),
             readback: Readback::new(gpu, "report", COUNTERS + TIMESTAMPS),
-            wholes: [None; SLOTS],
+            traced: [Traced::default(); SLOTS],
         }
     }
 
@@ -138,15 +149,19 @@ impl Reports {
         Some(index)
     }
 
-    /// Says of a recorded report that it is of a picture of this size from its start, or of none; before
-    /// [`Reports::request`].
-    pub fn mark(&mut self, index: usize, whole: Option<UVec2>) {
-        self.wholes[index] = whole;
+    /// Says what a recorded report is of; before [`Reports::request`].
+    pub fn mark(&mut self, index: usize, traced: Traced) {
+        self.traced[index] = traced;
     }
 
     /// Asks for a recorded and submitted report.
     pub fn request(&self, index: usize) {
         self.readback.request(index);
+    }
+
+    /// Whether the device tells how long pictures take.
+    pub fn are_timed(&self) -> bool {
+        self.queries.is_some()
     }
 
     /// Whether a report is on its way.
@@ -158,7 +173,7 @@ impl Reports {
     pub fn collect(&mut self, gpu: &Gpu) -> Option<Report> {
         let mut newest: Option<(u64, Report)> = None;
         self.readback.collect(|index, bytes| {
-            let (end, report) = self.parse(gpu, bytes, self.wholes[index]);
+            let (end, report) = self.parse(gpu, bytes, self.traced[index]);
             if newest.is_none_or(|(before, _)| end >= before) {
                 newest = Some((end, report));
             }
@@ -166,7 +181,7 @@ impl Reports {
         newest.map(|(_, report)| report)
     }
 
-    fn parse(&self, gpu: &Gpu, bytes: &[u8], whole: Option<UVec2>) -> (u64, Report) {
+    fn parse(&self, gpu: &Gpu, bytes: &[u8], traced: Traced) -> (u64, Report) {
         let (counters, times) = bytes.split_at(COUNTERS as usize);
         let [first, there, edges]: [u64; QUERIES as usize] = pod_read_unaligned(times);
         let tick = f64::from(gpu.queue.get_timestamp_period()) * 1e-6;
@@ -175,7 +190,7 @@ impl Reports {
             counters: pod_read_unaligned(counters),
             millis: self.queries.is_some().then_some(millis(first, there)),
             edges_millis: (edges > there).then_some(millis(there, edges)),
-            whole,
+            traced,
         };
         (there, report)
     }

@@ -54,7 +54,7 @@ impl TexelMemory {
         let most = gpu.device.limits().max_texture_array_layers;
         if layers > most {
             return Err(TraceError::TooLarge(format!(
-                "the scene's textures take {layers} layers of {EDGE} x {EDGE} texels; {} has at most {most}; `--backend cpu` has no such limit",
+                "the scene's textures take {layers} layers of {EDGE} x {EDGE} texels; {} has at most {most} (max_texture_array_layers)",
                 gpu.describe()
             )));
         }

@@ -3,19 +3,17 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use glam::UVec2;
-
 use super::DevicePicture;
-use super::canvas::{Canvas, Pass, passes};
+use super::canvas::Canvas;
 use super::context::Gpu;
 use super::layout::Layouts;
+use super::pace::Pace;
 use super::pipelines::Pipelines;
 use super::rays::RayBuffers;
-use super::report::{COUNTERS, Ends, Reports};
+use super::report::Reports;
 use super::shader::{Kernel, Specialisation};
 use super::trees::{DeviceTrees, Plan};
 use super::upload::SceneOnDevice;
-use crate::frame::wire::ViewRow;
 use crate::frame::{FrameScene, TraceSettings};
 use crate::trace::progress::{Due, Progress};
 use crate::trace::{
@@ -33,16 +31,19 @@ pub struct GpuTracer {
     pub(super) special: Option<Specialisation>,
     pub(super) rays: Option<RayBuffers>,
     /// None before the first picture.
-    canvas: Option<Canvas>,
+    pub(super) canvas: Option<Canvas>,
     progress: Progress,
-    reports: Reports,
+    pub(super) reports: Reports,
     counters: Counters,
     host_passes: Vec<PassTime>,
-    device_millis: Option<f64>,
+    pub(super) device_millis: Option<f64>,
     /// Milliseconds of the device on edges.
     edges_millis: Option<f64>,
     /// What came in this frame of a picture from its start.
-    timed_picture: Option<PictureTime>,
+    pub(super) timed_picture: Option<PictureTime>,
+    pub(super) pace: Pace,
+    /// Pictures traced, for those of which the host takes the time.
+    pub(super) pictures: u64,
     trees: DeviceTrees,
     /// Milliseconds of the device on trees.
     tree_millis: Option<f64>,
@@ -72,6 +73,8 @@ impl GpuTracer {
             device_millis: None,
             edges_millis: None,
             timed_picture: None,
+            pace: Pace::default(),
+            pictures: 0,
             gpu,
         };
         tracer.gpu.check()?;
@@ -130,9 +133,8 @@ impl GpuTracer {
             let counters = report.counters;
             (self.device_millis, self.edges_millis) = (report.millis, report.edges_millis);
             if let Some(millis) = report.millis {
-                let rays = millis + report.edges_millis.unwrap_or(0.0);
-                self.packed.instances.note_trace_time(rays * 1e6);
-                self.timed_picture = report.whole.map(|size| PictureTime { size, rays });
+                self.pace.note(report.traced.samples, millis);
+                self.note_time(report.traced, millis + report.edges_millis.unwrap_or(0.0));
             }
             self.counters = Counters {
                 primary_rays: u64::from(counters.primary_rays),
@@ -146,86 +148,6 @@ impl GpuTracer {
                 ..self.counters
             };
         }
-    }
-
-    /// Brings the picture to what is due.
-    fn bring_to(
-        &mut self,
-        due: Due,
-        special: Specialisation,
-        view: &ViewRow,
-    ) -> Result<(), TraceError> {
-        let (gpu, reports) = (&self.gpu, &mut self.reports);
-        Canvas::fit(&mut self.canvas, gpu, &self.layouts, reports, view)?;
-        // Should it fail, what it holds is no picture.
-        if let Some(canvas) = self.canvas.take() {
-            let whole = (due == Due::Picture).then_some(canvas.size);
-            self.submit(special, &canvas, &passes(view, due), whole)?;
-            self.canvas = Some(canvas);
-        }
-        self.gpu.check()
-    }
-
-    /// One submission a pass, so that no single one is long.
-    fn submit(
-        &mut self,
-        special: Specialisation,
-        canvas: &Canvas,
-        passes: &[Pass],
-        whole: Option<UVec2>,
-    ) -> Result<(), TraceError> {
-        let kernels = [Kernel::Whitted, Kernel::Edges, Kernel::Antialias];
-        let mut compiled = Vec::new();
-        for kernel in kernels {
-            if passes.iter().any(|pass| pass.kernel == kernel) {
-                let pipelines = &mut self.pipelines;
-                let pipeline = pipelines.get(&self.gpu, &self.layouts, kernel, special)?;
-                compiled.push((kernel, pipeline));
-            }
-        }
-        let rows: Vec<_> = passes.iter().map(|pass| pass.row).collect();
-        let offsets = self
-            .on_device
-            .write_passes(&self.gpu, &self.layouts, &rows)?;
-        for (i, (work, offset)) in passes.iter().zip(offsets).enumerate() {
-            let next = passes.get(i + 1).map(|next| next.kernel);
-            let ends = match (work.kernel, next) {
-                (Kernel::Whitted, next) if next != Some(Kernel::Whitted) => Some(Ends::Picture),
-                (_, None) => Some(Ends::Edges),
-                _ => None,
-            };
-            let mut encoder = self
-                .gpu
-                .device
-                .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            if i == 0 {
-                encoder.clear_buffer(&self.reports.counters, 0, Some(COUNTERS));
-            }
-            {
-                let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
-                    label: Some(work.kernel.name()),
-                    timestamp_writes: self.reports.writes(i == 0, ends),
-                });
-                for (_, pipeline) in compiled.iter().filter(|(kernel, _)| *kernel == work.kernel) {
-                    pass.set_pipeline(&pipeline.compute);
-                }
-                pass.set_bind_group(0, &self.on_device.frame, &[offset]);
-                pass.set_bind_group(1, &self.on_device.scene, &[]);
-                pass.set_bind_group(2, &canvas.group, &[]);
-                if let Some(texels) = &self.on_device.texels.group {
-                    pass.set_bind_group(3, texels, &[]);
-                }
-                pass.dispatch_workgroups(work.groups[0], work.groups[1], 1);
-            }
-            let last = ends.filter(|_| next.is_none());
-            let report = last.and_then(|last| self.reports.record(&mut encoder, last));
-            self.gpu.queue.submit([encoder.finish()]);
-            if let Some(slot) = report {
-                self.reports.mark(slot, whole);
-                self.reports.request(slot);
-            }
-        }
-        Ok(())
     }
 }
 
@@ -253,12 +175,11 @@ impl Tracer for GpuTracer {
             .push(PassTime::since("rows and instance tree", start));
         self.host_passes.push(self.packed.tree_time());
         let start = Instant::now();
-        let written = self.write_changes();
-        if written.is_err() {
+        let written = self.write_changes().map_err(|error| {
             // Whatever did get there, the next frame brings everything.
             self.packed.lose_copy();
-        }
-        let written = written?;
+            with_size(error, scene)
+        })?;
         self.host_passes.push(PassTime::since("upload", start));
         self.counters.bytes_uploaded = written;
         self.counters.trees_updated = self.packed.trees_updated;
@@ -269,10 +190,13 @@ impl Tracer for GpuTracer {
         features.textures &= has_texels;
         features.panorama &= has_texels;
         let special = Specialisation::new(features, generations);
-        self.special = Some(Specialisation {
+        let special = Specialisation {
             cutoff: self.packed.view.cutoff > 0.0,
             ..special.with(settings.kernels)
-        });
+        };
+        if self.special.replace(special) != Some(special) {
+            self.pace.forget();
+        }
         Ok(())
     }
 
@@ -306,6 +230,22 @@ impl Tracer for GpuTracer {
         let picture = canvas.picture(&self.gpu)?;
         self.take_report();
         Ok(picture)
+    }
+
+    fn recover(&mut self, gpu: Option<Arc<Gpu>>) -> Result<(), TraceError> {
+        let gpu = match gpu {
+            Some(gpu) => gpu,
+            None => Arc::new(self.gpu.reopened()?),
+        };
+        let mut anew = Self::new(gpu)?;
+        // What the host packed is as good as before; the device has none of it.
+        std::mem::swap(&mut anew.packed, &mut self.packed);
+        anew.packed.lose_copy();
+        anew.pace = self.pace.after_loss();
+        anew.progress = self.progress;
+        anew.progress.lose();
+        *self = anew;
+        Ok(())
     }
 
     fn device_picture(&self) -> Option<DevicePicture> {
@@ -361,6 +301,17 @@ impl Tracer for GpuTracer {
         let host = self.host_passes.iter().cloned();
         let edges = pass(Kernel::Antialias.name(), self.edges_millis);
         host.chain(trees).chain(picture).chain(edges).collect()
+    }
+}
+
+/// A scene that is too large, with how large it is and what to do.
+fn with_size(error: TraceError, scene: &FrameScene) -> TraceError {
+    match error {
+        TraceError::TooLarge(why) => TraceError::TooLarge(format!(
+            "{why}. The scene has {}. `--backend cpu` has no such limit; on this one it takes fewer things, or simpler meshes",
+            scene.size_in_words()
+        )),
+        other => other,
     }
 }
 
