@@ -1,11 +1,10 @@
 #!/usr/bin/env python3
-"""Writes the meshes of the lagoon: a sheet of water, a jellyfish in two poses, and a ring of fish.
+"""Writes the meshes of the lagoon: a jellyfish in two poses, and a fish.
 
 Run it in this folder. Public domain (CC0).
 """
 
 from math import cos, pi, sin, sqrt
-from random import Random
 
 
 class Mesh:
@@ -49,7 +48,7 @@ class Mesh:
 
 RIBS = 12
 ARMS = 4
-TENTACLES = 12
+TENTACLES = 14
 
 
 def jellyfish(squeeze):
@@ -69,10 +68,10 @@ def jellyfish(squeeze):
         around = sin(s * pi / 2) ** 0.85 * (1 + 0.12 * sin(pi * s)) * (radius - thick * (1 - s)) * ridge
         return (cos(angle) * around, low + (high - low) * cos(s * pi / 2) ** 0.9, sin(angle) * around)
 
-    outside, inside = 13, 8
+    outside, inside = 18, 12
     crown = 0.02
-    mesh.tube(48, outside, lambda u, v: bell(-2 * pi * u, 1 - v * (1 - crown), 0.0), bell(0, 0, 0.0))
-    mesh.tube(48, inside, lambda u, v: bell(2 * pi * u, 1 - v * (1 - crown), 0.16), bell(0, 0, 0.16))
+    mesh.tube(64, outside, lambda u, v: bell(-2 * pi * u, 1 - v * (1 - crown), 0.0), bell(0, 0, 0.0))
+    mesh.tube(64, inside, lambda u, v: bell(2 * pi * u, 1 - v * (1 - crown), 0.16), bell(0, 0, 0.16))
 
     for arm in range(ARMS):
         turn = 2 * pi * arm / ARMS
@@ -87,7 +86,7 @@ def jellyfish(squeeze):
             y = 0.55 + 0.1 * squeeze - 2.3 * v
             return (cos(angle) * x - sin(angle) * z, y, sin(angle) * x + cos(angle) * z)
 
-        mesh.sheet(4, 40, frill)
+        mesh.sheet(6, 60, frill)
 
     for tentacle in range(TENTACLES):
         turn = 2 * pi * (tentacle + 0.5) / TENTACLES
@@ -102,61 +101,36 @@ def jellyfish(squeeze):
             x, z = out + thick * cos(angle), bend + thick * sin(angle)
             return (cos(turn) * x - sin(turn) * z, low + 0.04 - length * v, sin(turn) * x + cos(turn) * z)
 
-        mesh.tube(4, 19, thread)
+        mesh.tube(5, 24, thread)
     return mesh
 
 
-def fish(mesh, at, heading, size, lean):
-    """A fish of 1 in length that swims along `heading` (an angle about y) at a place."""
-
-    def put(x, y, z):
-        """x forward, y up, z to its right."""
-        y, z = y * cos(lean) - z * sin(lean), y * sin(lean) + z * cos(lean)
-        # It bends with the ring it swims in.
-        z -= 0.09 * x * x
-        c, s = cos(heading), sin(heading)
-        return (at[0] + size * (c * x - s * z), at[1] + size * y, at[2] + size * (s * x + c * z))
+def fish():
+    """1 in length, its head towards +x, up y; closed."""
+    mesh = Mesh()
 
     def body(u, v):
-        """From the nose back."""
+        """From the nose back; bent a little, as it swims in a ring."""
         x = 0.5 - 0.86 * v
         swell = sqrt(max(v, 0.0)) * (1 - v) ** 0.8 * 1.9 + 0.05 * v
         angle = 2 * pi * u
-        return put(x, 0.2 * swell * sin(angle), 0.095 * swell * cos(angle))
+        return (x, 0.2 * swell * sin(angle), 0.095 * swell * cos(angle) - 0.09 * x * x)
 
-    mesh.tube(10, 10, body, put(-0.37, 0, 0))
-    # A forked tail and two fins, thin and closed.
+    mesh.tube(16, 12, body, (-0.37, 0, -0.09 * 0.37 ** 2))
+    # A forked tail and two fins, thin.
     for tip, root in [((-0.62, 0.21), (-0.34, 0.0)), ((-0.62, -0.21), (-0.34, 0.0)), ((-0.12, 0.3), (0.12, 0.15)), ((-0.18, -0.24), (0.02, -0.14))]:
         first = len(mesh.vertices)
         back = (root[0] - 0.16, root[1] * 0.8)
-        mesh.vertices += [put(*root, 0.012), put(*root, -0.012), put(*back, 0), put(*tip, 0)]
+        for (x, y), z in [(root, 0.012), (root, -0.012), (back, 0), (tip, 0)]:
+            mesh.vertices.append((x, y, z - 0.09 * x * x))
         mesh.faces += [(first + a, first + b, first + c) for a, b, c in [(0, 2, 3), (1, 3, 2), (0, 3, 1), (0, 1, 2)]]
-
-
-def shoal(seed, count):
-    """Fish in a ring of radius 1 about the y axis that swim counterclockwise as seen from above."""
-    mesh, random = Mesh(), Random(seed)
-    for i in range(count):
-        angle = 2 * pi * (i + random.uniform(-0.35, 0.35)) / count
-        radius = 1 + random.uniform(-0.09, 0.09)
-        at = (radius * cos(angle), random.uniform(-0.1, 0.1), -radius * sin(angle))
-        # Forward is where the angle grows: (-sin, 0, -cos).
-        fish(mesh, at, -(angle + pi / 2) + random.uniform(-0.12, 0.12), random.uniform(0.12, 0.2), random.uniform(-0.3, 0.1))
-    return mesh
-
-
-def water(cuts, wide):
-    """Flat, in the plane y = 0."""
-    mesh = Mesh()
-    mesh.sheet(cuts, cuts, lambda u, v: (wide * (u - 0.5), 0, wide * (v - 0.5)))
     return mesh
 
 
 for name, mesh in [
     ("jellyfish", jellyfish(0.0)),
     ("jellyfish_beat", jellyfish(1.0)),
-    ("shoal", shoal(1, 46)),
-    ("water", water(110, 44)),
+    ("fish", fish()),
 ]:
     mesh.write(f"lagoon/{name}.obj")
     print(name, len(mesh.vertices), len(mesh.faces))

@@ -92,12 +92,19 @@ pub fn rows(scene: &Path, frame: u64, common: &Common) -> Result<Vec<Row>, Failu
     let motion = Motion::between(&before, after);
     let is_mesh = |instance: &&Instance| matches!(instance.shape, Shape::Mesh(_));
     let meshes = after.instances.iter().filter(is_mesh).count();
+    // Many fish are one mesh in many places.
+    let distinct: usize = after
+        .meshes
+        .iter()
+        .map(|row| row.data.triangles.len())
+        .sum();
     let triangles = |what, count: usize| {
         Row::single(what, "triangles", Better::Higher, count as f64).with_target(TRIANGLES / 2.0)
     };
     let mut rows = vec![
         triangles("rigid", motion.rigid),
         triangles("deforming", motion.deforming),
+        Row::single("distinct", "triangles", Better::Higher, distinct as f64),
         Row::single("meshes", "shapes", Better::Higher, meshes as f64),
         Row::single(
             "lights",
