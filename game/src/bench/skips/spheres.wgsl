@@ -28,7 +28,8 @@ fn meet(origin: vec3f, dir: vec3f, start: u32, most: f32, any_will_do: bool) -> 
     let slack = (abs(origin) + abs(view.eye_from_anchor)) * ORIGIN_SLACK;
     let ray = tree_ray(origin + view.eye_from_anchor, slack, dir);
     var depth = 0u;
-    var slot = 0u;
+    // A tree of one leaf may have no node.
+    var slot = select(0u, view.root, (view.root & CHILD_LEAF) != 0u);
     loop {
         if (slot & CHILD_LEAF) == 0u {
             let entered = enter_children(nodes[view.root + slot], ray, 0.0, best.t * REACH);

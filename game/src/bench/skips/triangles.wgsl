@@ -46,7 +46,8 @@ fn meet(origin: vec3f, dir: vec3f, start: Hit, most: f32, any_will_do: bool) -> 
     var mesh = NONE;
     var floor_depth = 0u;
     var depth = 0u;
-    var slot = 0u;
+    // A tree of one leaf may have no node.
+    var slot = select(0u, view.root, (view.root & CHILD_LEAF) != 0u);
     loop {
         if (slot & CHILD_LEAF) == 0u {
             let entered = enter_children(nodes[root + slot], ray, 0.0, best.t * REACH);
