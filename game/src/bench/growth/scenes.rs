@@ -61,7 +61,9 @@ impl Quantity {
     pub fn about(self) -> &'static str {
         match self {
             Self::Triangles => "a field of hills, deformed in every frame, a light",
-            Self::Instances => "tetrahedra, all of which move, a light",
+            Self::Instances => {
+                "tetrahedra, all of which move, a light; the more, the more pixels they cover"
+            }
             Self::Lights => "100 moving tetrahedra on a floor, point lights above",
             Self::Depth => "100 moving tetrahedra in a room of mirrors, a light",
             Self::Pixels => "1,000 moving tetrahedra, a light",

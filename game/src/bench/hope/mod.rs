@@ -21,7 +21,8 @@ use tracing::subscriber::{NoSubscriber, with_default};
 
 use super::flight::{Flight, open};
 use super::frame::{FRAMES_PER_SEC, SIZE, backends, error_rows, reference_picture};
-use super::report::{Better, Report, Row};
+use super::report::{Better, Report, Row, short};
+use super::timing::median;
 use crate::args::{BenchRequest, Common};
 use crate::failure::Failure;
 use crate::output::progress;
@@ -38,6 +39,8 @@ const WARM_UP: u64 = 30;
 const RATE_TARGET: f64 = 1000.0;
 /// Rays a pixel, at least.
 const RAYS_TARGET: f64 = 4.0;
+/// Passes by the device's clock.
+const DEVICE_PASSES: [&str; 3] = ["trees", "whitted", "antialias"];
 /// Systems shown, the slowest first.
 const SYSTEMS_SHOWN: usize = 8;
 
@@ -52,7 +55,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
     };
     let mut rows = content::rows(scene, request.frame, common)?;
     let reference = reference_picture(scene, request.frame, common)?;
-    let mut devices = Vec::new();
+    let (mut devices, mut limits) = (Vec::new(), Vec::new());
     for choice in backends(common) {
         let (tracer, gpu) = open(choice, common)?;
         let name = tracer.backend().to_string();
@@ -60,6 +63,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         devices.push(tracer.device());
         let played = play(tracer, gpu, request.frame, frames, common)?;
         rows.extend(played.rows(&name, is_device));
+        limits.extend(is_device.then(|| played.limit(&name)));
         let (tracer, gpu) = open(choice, common)?;
         let frames = request.frame..request.frame + frames.min(WARM_UP);
         rows.extend(system_rows(&name, tracer, gpu, frames, common)?);
@@ -68,9 +72,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         rows.extend(error_rows(&name, &mut engine, request.frame, &reference)?);
     }
     let size = stage::settings(common, SIZE).size;
-    Ok(Report {
-        rows,
-        remarks: vec![
+    let remarks = vec![
             format!(
                 "{SCENE}, {frames} frames from {} on, {}x{}, as in a window: two pictures under way, none read back",
                 request.frame, size.x, size.y
@@ -80,7 +82,10 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
                 "error against the f64 reference: frame {} at {}x{}",
                 request.frame, reference.size.x, reference.size.y
             ),
-        ],
+        ];
+    Ok(Report {
+        rows,
+        remarks: [remarks, limits].concat(),
         ..Report::new("hope", &devices)
     })
 }
@@ -151,6 +156,32 @@ fn play(
 }
 
 impl Played {
+    /// Milliseconds of the device, a frame.
+    fn device(&self) -> Vec<f64> {
+        let of_device = |pass: &&PassTime| DEVICE_PASSES.contains(&pass.name);
+        let frames = self.passes.iter();
+        frames
+            .map(|passes| passes.iter().filter(of_device).map(|p| p.millis).sum())
+            .collect()
+    }
+
+    /// Which of the two that work side by side takes longer.
+    fn limit(&self, backend: &str) -> String {
+        let [frame, host, device] =
+            [&self.millis, &self.host, &self.device()].map(|samples| median(samples));
+        let who = if device >= host {
+            "device"
+        } else {
+            "processor"
+        };
+        format!(
+            "{backend}: the {who} limits: of {} ms from frame to frame the device works {}, the processor {}",
+            short(frame),
+            short(device),
+            short(host)
+        )
+    }
+
     fn rows(&self, backend: &str, is_device: bool) -> Vec<Row> {
         let row = |what: &str, values: &[f64]| {
             Row::sampled(format!("{backend}.{what}"), "ms", Better::Lower, values)
@@ -166,6 +197,9 @@ impl Played {
             row("frame", &self.millis),
             row("host", &self.host),
         ];
+        if is_device {
+            rows.push(row("device", &self.device()));
+        }
         let mut passes: BTreeMap<&str, Vec<f64>> = BTreeMap::new();
         for pass in self.passes.iter().flatten() {
             passes.entry(pass.name).or_default().push(pass.millis);
