@@ -64,7 +64,8 @@ Examples:
   orrery model.obj                               a model by itself, lit and framed
 
 Large models are kept, read and with their trees, in the user's cache folder (Linux: ~/.cache/orrery), at most 2 GiB, so that
-they start faster the next time. ORRERY_CACHE_DIR names another folder; empty, nothing is kept.
+they start faster the next time; so is, for windows, what the graphics driver compiles, where it lets that be kept. ORRERY_CACHE_DIR
+names another folder; empty, nothing is kept.
 
 Exit codes: 0 done, 1 the input is bad, 2 usage, 3 no usable device.";
 

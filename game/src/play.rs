@@ -5,6 +5,7 @@ use std::path::Path;
 use glam::UVec2;
 use orrery_engine::Engine;
 use orrery_engine::frame::TraceSettings;
+use orrery_engine::import::pipelines_folder;
 use orrery_engine::input::KeyMap;
 use orrery_engine::profile::Profile;
 use orrery_engine::time::Time;
@@ -56,6 +57,7 @@ pub fn run(
         vsync: !window.no_vsync,
         resolution_scale: window.scale,
         target_millis: window.target_ms,
+        pipelines: pipelines_folder(),
         issues,
         ..WindowOptions::default()
     };

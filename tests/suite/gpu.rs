@@ -13,8 +13,6 @@ use orrery_tests::panes::panes;
 use orrery_tests::random_scene::{Random, icosphere, random_scene};
 use orrery_tests::tracers::picture;
 
-use crate::shaders::all_features;
-
 /// One device for all tests.
 pub fn tracer() -> GpuTracer {
     static GPU: OnceLock<Arc<Gpu>> = OnceLock::new();
@@ -258,7 +256,7 @@ fn a_specialised_picture_is_the_general_one() {
     };
     assert!(!lean.features.meshes && !lean.features.reflection);
     let mut general = lean.clone();
-    general.features = all_features();
+    general.features = Features::all();
     let settings = settings(96, 72);
     let mut tracer = tracer();
     let a = picture(&mut tracer, &lean, &settings).unwrap();

@@ -5,13 +5,12 @@ use std::mem::offset_of;
 
 use naga::{AddressSpace, Expression, Literal, Module, TypeInner};
 use orrery_engine::bvh;
+use orrery_engine::frame::Features;
 use orrery_engine::frame::wire::{self, *};
 use orrery_engine::trace::gpu::{
     Access, Kernel, SCENE_BINDINGS, STORAGE_BUFFERS, Specialisation, TYPES_SOURCE, shader_module,
     tree_bindings,
 };
-
-use crate::shaders::all_features;
 
 /// A struct: its size, and name, offset and size of each field.
 type Layout = (usize, Vec<(&'static str, usize, usize)>);
@@ -315,7 +314,7 @@ fn kernels_bind_what_the_layouts_and_the_table_say() {
         (Kernel::Intersect, ["rays", "hits"]),
         (Kernel::Leave, ["rays", "hits"]),
     ] {
-        let module = shader_module(kernel, Specialisation::new(all_features(), 8)).unwrap();
+        let module = shader_module(kernel, Specialisation::new(Features::all(), 8)).unwrap();
         let number = |group, names: &[&'static str]| -> Vec<(u32, u32, &'static str)> {
             names
                 .iter()
@@ -364,7 +363,7 @@ fn kernels_of_trees_bind_what_the_layouts_and_the_table_say() {
         if bound.is_empty() {
             continue;
         }
-        let module = shader_module(kernel, Specialisation::new(all_features(), 8)).unwrap();
+        let module = shader_module(kernel, Specialisation::new(Features::all(), 8)).unwrap();
         let found: Vec<_> = bindings(&module)
             .into_iter()
             .map(|(group, binding, name, space)| {

@@ -36,35 +36,6 @@ fn features(bits: u32) -> Features {
     }
 }
 
-/// Everything on, so that every binding is used.
-pub fn all_features() -> Features {
-    Features {
-        reflection: true,
-        transmission: true,
-        smooth_normals: true,
-        meshes: true,
-        sphere_trees: true,
-        spheres: true,
-        planes: true,
-        cuboids: true,
-        discs: true,
-        cones: true,
-        tori: true,
-        open_cones: true,
-        absorption: true,
-        curved: true,
-        sky: true,
-        panorama: true,
-        textures: true,
-        normal_maps: true,
-        vertex_colors: true,
-        cutouts: true,
-        spot_lights: true,
-        directional_lights: true,
-        fade: true,
-    }
-}
-
 fn compose(kernel: Kernel, features: Features, generations: u32) {
     let special = Specialisation::new(features, generations);
     if let Err(why) = shader_source(kernel, special) {
@@ -75,7 +46,7 @@ fn compose(kernel: Kernel, features: Features, generations: u32) {
 #[test]
 fn pictures_compose_for_each_mix_of_shapes_and_rays() {
     let all = (1 << SWITCHES) - 1;
-    assert_eq!(features(all), all_features());
+    assert_eq!(features(all), Features::all());
     for bits in 0..1 << 6 {
         compose(Kernel::Whitted, features(bits), 8);
     }
@@ -89,14 +60,14 @@ fn pictures_compose_with_each_feature_alone_and_with_each_missing() {
         compose(Kernel::Whitted, features(all & !(1 << i)), 8);
     }
     for generations in [0, 1, 5, 64, 1000] {
-        compose(Kernel::Whitted, all_features(), generations);
+        compose(Kernel::Whitted, Features::all(), generations);
     }
 }
 
 #[test]
 fn pictures_and_rays_compose_with_each_choice_of_arithmetic() {
     for kernels in Kernels::all() {
-        let special = Specialisation::new(all_features(), 8).with(kernels);
+        let special = Specialisation::new(Features::all(), 8).with(kernels);
         for kernel in [Kernel::Whitted, Kernel::Intersect, Kernel::Leave] {
             if let Err(why) = shader_source(kernel, special) {
                 panic!("{kernel:?} with {kernels:?}:\n{why}");

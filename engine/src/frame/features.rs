@@ -96,6 +96,21 @@ impl Features {
         all
     }
 
+    /// Whether what serves a scene of these serves one of the others too.
+    pub fn covers(&self, others: &Self) -> bool {
+        let (mut these, mut others) = (*self, *others);
+        Self::NAMED
+            .into_iter()
+            .all(|(_, feature)| *feature(&mut these) || !*feature(&mut others))
+    }
+
+    /// How many there are.
+    pub fn count(&self) -> usize {
+        let mut these = *self;
+        let flags = Self::NAMED.map(|(_, feature)| *feature(&mut these));
+        flags.into_iter().filter(|is_there| *is_there).count()
+    }
+
     /// Reads the rows of a scene.
     pub fn of(scene: &FrameScene) -> Self {
         let mut needs = Self::default();

@@ -19,7 +19,7 @@ use rayon::prelude::*;
 use super::files::{Content, content_of};
 use super::{Files, Model, format_of};
 
-pub use folder::user_folder;
+pub use folder::{pipelines_folder, user_folder};
 
 /// Models that took less are not kept: finding one costs milliseconds too, and many small ones would push out the few
 /// that are worth it.

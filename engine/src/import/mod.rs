@@ -17,7 +17,7 @@ mod poses;
 mod progress;
 mod smooth;
 
-pub use cache::{Cache, user_folder};
+pub use cache::{Cache, pipelines_folder, user_folder};
 pub use fbx::read_fbx;
 pub use files::Files;
 use files::{LONGEST, bytes_of};

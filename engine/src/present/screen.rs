@@ -39,7 +39,7 @@ impl Screen {
     /// Prepares a window's surface for presenting.
     ///
     /// # Errors
-    /// [`TraceError::NoDevice`] where the adapter knows no format for the surface.
+    /// [`TraceError::NoDevice`] where the adapter knows no format for the surface; [`TraceError::Device`] where that fails.
     pub fn new(
         gpu: Arc<Gpu>,
         window: Arc<dyn wgpu::DisplayAndWindowHandle>,
@@ -71,6 +71,7 @@ impl Screen {
             wgpu::PresentMode::AutoNoVsync
         };
         surface.configure(&gpu.device, &config);
+        gpu.check()?;
         let options = egui_wgpu::RendererOptions {
             msaa_samples: 1,
             ..egui_wgpu::RendererOptions::default()
@@ -113,9 +114,14 @@ impl Screen {
         }
     }
 
-    fn configure(&self) {
+    /// Fits the swap chain to the window. Where that fails there is no surface any more: one without a swap chain must not
+    /// be asked for an image.
+    fn configure(&mut self) {
         if let Some(surface) = &self.surface {
             surface.configure(&self.gpu.device, &self.config);
+            if let Err(error) = self.gpu.check() {
+                (self.fault, self.surface) = (Some(error), None);
+            }
         }
     }
 
@@ -181,7 +187,8 @@ impl Screen {
         }
         // A loss is told when the device is asked; an error here shows in `check`.
         let _ = self.gpu.device.poll(wgpu::PollType::Poll);
-        self.fault = self.gpu.check().err().or(fault);
+        let told = self.gpu.check().err().or(self.fault.take());
+        self.fault = told.or(fault);
         None
     }
 

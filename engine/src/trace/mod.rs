@@ -293,6 +293,10 @@ pub trait Tracer: Send + Sync {
     /// See [`TraceError`]; [`TraceError::Device`] before the first [`Tracer::render`].
     fn picture(&mut self) -> Result<Picture, TraceError>;
 
+    /// From now on no frame waits for a compiler where something more general will do meanwhile: for those who play. The
+    /// first picture with a kernel of its own may differ by roundings from the one before.
+    fn compile_in_background(&mut self) {}
+
     /// Goes on on another device in place of one that was lost: on this one, or else on the same adapter opened anew. The
     /// next frame brings everything there, and its picture is what it would have been. The host is not lost.
     ///

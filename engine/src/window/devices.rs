@@ -47,8 +47,11 @@ pub fn open_screen(
     let surface = instance
         .create_surface(window.clone())
         .map_err(|error| no_display(format!("nothing can draw to the window: {error}")))?;
-    let gpu = Gpu::open(instance, &options.presenting_adapter(), Some(&surface))
+    let mut gpu = Gpu::open(instance, &options.presenting_adapter(), Some(&surface))
         .map_err(|error| no_display(error.to_string()))?;
+    if let Some(folder) = &options.pipelines {
+        gpu.keep_pipelines_in(folder);
+    }
     let gpu = Arc::new(gpu);
     let size = inner_size(window);
     let screen = Screen::new(gpu.clone(), window.clone(), surface, size, options.vsync)
@@ -69,8 +72,12 @@ pub fn give_tracer(
         return Ok(Sharing::Apart);
     }
     let (choice, adapter) = (options.backend, options.adapter.as_deref());
-    let (tracer, note) =
+    let (mut tracer, note) =
         open_tracer(choice, adapter, Some(gpu.clone())).map_err(WindowError::NoTracer)?;
+    // Software Vulkan compiles where a kernel first runs, and everything waits for that whoever asked.
+    if !tracer.runs_on_processor() {
+        tracer.compile_in_background();
+    }
     if let Some(note) = note {
         // Not by default what one would expect: the default level of the log shows it.
         tracing::warn!("{note}");

@@ -53,6 +53,8 @@ pub struct WindowOptions {
     /// Milliseconds that a frame is to take, unless a scale is chosen; none: [`SLOW_TARGET_MILLIS`] on devices that are slow
     /// or show themselves so, and every pixel on others.
     pub target_millis: Option<f64>,
+    /// Folder in which compiled pipelines are kept for the next start; none: they are not.
+    pub pipelines: Option<PathBuf>,
     /// Sentences to show until they are dismissed: what is wrong with the scene.
     pub issues: Vec<String>,
 }
@@ -70,6 +72,7 @@ impl Default for WindowOptions {
             screenshots: "screenshots".into(),
             resolution_scale: None,
             target_millis: None,
+            pipelines: None,
             issues: Vec::new(),
         }
     }

@@ -16,12 +16,20 @@ const GIVEN_UP: Duration = Duration::from_secs(3600);
 
 /// The folder for models that the user or the system says; none: there is to be no cache, or no place for one.
 pub fn user_folder() -> Option<PathBuf> {
-    let folder = match std::env::var_os(CACHE_VARIABLE) {
-        Some(folder) if folder.is_empty() => return None,
-        Some(folder) => PathBuf::from(folder),
-        None => system_folder()?.join("orrery"),
-    };
-    Some(folder.join("models"))
+    Some(cache_folder()?.join("models"))
+}
+
+/// The folder beside it for what drivers have compiled.
+pub fn pipelines_folder() -> Option<PathBuf> {
+    Some(cache_folder()?.join("pipelines"))
+}
+
+fn cache_folder() -> Option<PathBuf> {
+    match std::env::var_os(CACHE_VARIABLE) {
+        Some(folder) if folder.is_empty() => None,
+        Some(folder) => Some(PathBuf::from(folder)),
+        None => Some(system_folder()?.join("orrery")),
+    }
 }
 
 /// Where programs keep what they can make again.

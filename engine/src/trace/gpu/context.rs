@@ -6,8 +6,10 @@
 //! once and keeps quiet about every call after it, so the loss is kept and answered from then on, until somebody goes on
 //! with another device ([`Gpu::reopened`]).
 
+use std::path::Path;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
+use super::kept::KeptPipelines;
 use crate::trace::TraceError;
 
 /// Storage buffers that one stage may bind: what every device that runs WebGPU offers.
@@ -37,6 +39,7 @@ pub struct Gpu {
     /// The adapter in words.
     pub info: wgpu::AdapterInfo,
     faults: Faults,
+    kept: Option<KeptPipelines>,
 }
 
 /// What went wrong, noted by wgpu's callbacks from any thread.
@@ -112,7 +115,7 @@ impl Gpu {
                 ));
                 continue;
             }
-            match open_device(adapter, limits(&adapter.limits()), timestamps()) {
+            match open_device(adapter, limits(&adapter.limits()), wanted_features()) {
                 Ok(opened) => return Ok(Self::around(instance, adapter.clone(), opened)),
                 Err(why) => reasons.push(format!("{}: {why}", describe(&infos[index]))),
             }
@@ -151,6 +154,24 @@ impl Gpu {
             device,
             queue,
             faults,
+            kept: None,
+        }
+    }
+
+    /// From now on compiled pipelines are kept in this folder, where the adapter can have that.
+    pub fn keep_pipelines_in(&mut self, folder: &Path) {
+        self.kept = KeptPipelines::open(self, folder);
+    }
+
+    /// What pipelines are created with.
+    pub fn kept_pipelines(&self) -> Option<&wgpu::PipelineCache> {
+        self.kept.as_ref().map(KeptPipelines::cache)
+    }
+
+    /// Writes the pipelines that have come since the last time, if they are kept.
+    pub fn write_pipelines(&self) {
+        if let Some(kept) = &self.kept {
+            kept.write();
         }
     }
 
@@ -276,8 +297,9 @@ fn limits(adapter: &wgpu::Limits) -> wgpu::Limits {
 }
 
 /// What is used where the adapter has it.
-fn timestamps() -> wgpu::Features {
-    wgpu::Features::TIMESTAMP_QUERY
+fn wanted_features() -> wgpu::Features {
+    wgpu::Features::PIPELINE_CACHE
+        | wgpu::Features::TIMESTAMP_QUERY
         | wgpu::Features::TIMESTAMP_QUERY_INSIDE_ENCODERS
         | wgpu::Features::TIMESTAMP_QUERY_INSIDE_PASSES
 }
@@ -323,7 +345,11 @@ mod tests {
                 ..limits
             };
             Self::opened_as(|adapter| {
-                open_device(adapter, smaller(limits(&adapter.limits())), timestamps())
+                open_device(
+                    adapter,
+                    smaller(limits(&adapter.limits())),
+                    wanted_features(),
+                )
             })
         }
 

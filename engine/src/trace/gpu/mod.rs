@@ -27,6 +27,7 @@ mod buffers;
 mod by_hand;
 mod canvas;
 mod context;
+mod kept;
 mod layout;
 mod pace;
 mod pipelines;

@@ -74,7 +74,7 @@ impl GpuTracer {
             pass.set_bind_group(0, &self.on_device.frame, &offsets);
             pass.set_bind_group(1, &self.on_device.scene, &[]);
             pass.set_bind_group(2, &slot.group, &[]);
-            if let Some(texels) = &self.on_device.texels.group {
+            if let Some(texels) = self.on_device.texels.bound() {
                 pass.set_bind_group(3, texels, &[]);
             }
             pass.dispatch_workgroups(row.count.div_ceil(pipeline.workgroup[0]), 1, 1);

@@ -153,6 +153,14 @@ impl Specialisation {
         }
     }
 
+    /// Whether a kernel of this traces all that one of the other would.
+    pub fn covers(&self, other: &Self) -> bool {
+        self.kernels == other.kernels
+            && self.features.covers(&other.features)
+            && self.deferred_slots >= other.deferred_slots
+            && (self.cutoff || !other.cutoff)
+    }
+
     /// The same with this arithmetic.
     #[must_use]
     pub fn with(self, kernels: Kernels) -> Self {

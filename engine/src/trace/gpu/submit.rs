@@ -85,6 +85,7 @@ impl GpuTracer {
             if passes.iter().any(|pass| pass.kernel == kernel) {
                 let pipelines = &mut self.pipelines;
                 let pipeline = pipelines.get(&self.gpu, &self.layouts, kernel, special)?;
+                pipelines.prepare_general(&self.gpu, &self.layouts, kernel, special);
                 compiled.push((kernel, pipeline));
             }
         }
@@ -117,7 +118,7 @@ impl GpuTracer {
                 pass.set_bind_group(0, &self.on_device.frame, &[offset]);
                 pass.set_bind_group(1, &self.on_device.scene, &[]);
                 pass.set_bind_group(2, &canvas.group, &[]);
-                if let Some(texels) = &self.on_device.texels.group {
+                if let Some(texels) = self.on_device.texels.bound() {
                     pass.set_bind_group(3, texels, &[]);
                 }
                 pass.dispatch_workgroups(work.groups[0], work.groups[1], 1);

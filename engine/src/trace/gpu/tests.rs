@@ -10,7 +10,7 @@ use crate::testing::Random;
 use crate::trace::{Picture, TraceError, Tracer};
 use crate::world::{DeformStep, Deformation, Material, MeshData, MeshRow, Reflection};
 
-fn open() -> Arc<Gpu> {
+pub(super) fn open() -> Arc<Gpu> {
     let gpu = Gpu::open(Gpu::instance(), &AdapterChoice::Any, None);
     Arc::new(gpu.expect("a GPU, or software Vulkan, for the tests"))
 }
@@ -26,7 +26,7 @@ fn strip(triangles: u32) -> MeshData {
 }
 
 /// A strip, deformed on the device, behind so many small mirrors: their tree is built there where they are many.
-fn scene(triangles: u32, balls: usize) -> FrameScene {
+pub(super) fn scene(triangles: u32, balls: usize) -> FrameScene {
     let mut random = Random::new(5);
     let waves = Deformation {
         steps: vec![DeformStep::Wave {
@@ -75,7 +75,7 @@ fn scene(triangles: u32, balls: usize) -> FrameScene {
     scene
 }
 
-fn settings(side: u32) -> TraceSettings {
+pub(super) fn settings(side: u32) -> TraceSettings {
     TraceSettings {
         size: UVec2::splat(side),
         refine_to: 4,
@@ -83,7 +83,7 @@ fn settings(side: u32) -> TraceSettings {
     }
 }
 
-fn picture(
+pub(super) fn picture(
     tracer: &mut GpuTracer,
     scene: &FrameScene,
     settings: &TraceSettings,

@@ -17,11 +17,27 @@ const EDGE: usize = 1 << TEXELS_SHIFT;
 /// Group 3; none where there are no texels.
 #[derive(Default)]
 pub struct TexelMemory {
-    /// What kernels bind.
+    /// The scene's.
     pub group: Option<wgpu::BindGroup>,
+    /// For kernels that can read textures, of scenes that have none.
+    empty: Option<wgpu::BindGroup>,
 }
 
 impl TexelMemory {
+    /// What kernels bind.
+    pub fn bound(&self) -> Option<&wgpu::BindGroup> {
+        self.group.as_ref().or(self.empty.as_ref())
+    }
+
+    /// From now on there is something to bind whether the scene has textures or not.
+    ///
+    /// # Errors
+    /// [`TraceError::TooLarge`].
+    pub fn bind_always(&mut self, gpu: &Gpu, layouts: &Layouts) -> Result<(), TraceError> {
+        self.empty = Some(self.fill(gpu, layouts, &[Texel::default()])?);
+        Ok(())
+    }
+
     /// Brings the device up to the packed textures; returns the bytes written.
     ///
     /// # Errors

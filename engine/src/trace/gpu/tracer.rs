@@ -232,6 +232,14 @@ impl Tracer for GpuTracer {
         Ok(picture)
     }
 
+    fn compile_in_background(&mut self) {
+        let texels = &mut self.on_device.texels;
+        // Where nothing can be bound for textures, asking waits for the compiler as it did.
+        if texels.bind_always(&self.gpu, &self.layouts).is_ok() {
+            self.pipelines.compile_in_background(&self.gpu);
+        }
+    }
+
     fn recover(&mut self, gpu: Option<Arc<Gpu>>) -> Result<(), TraceError> {
         let gpu = match gpu {
             Some(gpu) => gpu,
@@ -241,6 +249,9 @@ impl Tracer for GpuTracer {
         // What the host packed is as good as before; the device has none of it.
         std::mem::swap(&mut anew.packed, &mut self.packed);
         anew.packed.lose_copy();
+        if self.pipelines.is_in_background() {
+            anew.compile_in_background();
+        }
         anew.pace = self.pace.after_loss();
         anew.progress = self.progress;
         anew.progress.lose();
