@@ -146,3 +146,31 @@ pub fn traced(
 pub fn view(engine: &Engine) -> View {
     engine.world.resource::<FrameScene>().view
 }
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use clap::Parser;
+    use orrery_engine::trace::gpu::{AdapterChoice, Gpu};
+    use orrery_engine::trace::{Backend, BackendChoice, open_tracer};
+
+    use super::*;
+    use crate::args::Cli;
+
+    #[test]
+    fn a_frame_whose_device_is_lost_is_traced_again() {
+        let common = Cli::parse_from(["orrery"]).common;
+        let gpu = Gpu::open(Gpu::instance(), &AdapterChoice::Any, None);
+        let gpu = Arc::new(gpu.expect("a GPU, or software Vulkan, for the tests"));
+        let choice = BackendChoice::Backend(Backend::Gpu);
+        let (tracer, _) = open_tracer(choice, None, Some(gpu.clone())).expect("a tracer");
+        let scene = Path::new("../assets/scenes/two_spheres.ron");
+        let mut engine = set(scene, &common, UVec2::new(64, 36), 30.0).expect("a scene");
+        cast(&mut engine, tracer);
+        let before = picture(&mut engine, 7).expect("a picture");
+        gpu.device.destroy();
+        let after = picture(&mut engine, 7).expect("the same picture");
+        assert!(before == after);
+    }
+}

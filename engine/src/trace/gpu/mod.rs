@@ -26,6 +26,7 @@
 mod buffers;
 mod by_hand;
 mod canvas;
+mod compile;
 mod context;
 mod kept;
 mod layout;

@@ -11,25 +11,11 @@ use std::sync::{Arc, Mutex, PoisonError, mpsc};
 use std::thread::JoinHandle;
 
 use super::by_hand::HandKernel;
+use super::compile::{Key, Pipeline, compile, general, layout_of, relevant};
 use super::context::Gpu;
 use super::layout::Layouts;
-use super::shader::{Kernel, Specialisation, shader_source};
-use crate::frame::{Features, Kernels, Offset};
+use super::shader::{Kernel, Specialisation};
 use crate::trace::TraceError;
-
-/// Generations that the general kernel has room for.
-const GENERAL_GENERATIONS: u32 = 16;
-
-/// A compiled kernel.
-#[derive(Clone)]
-pub struct Pipeline {
-    /// What a pass sets.
-    pub compute: wgpu::ComputePipeline,
-    /// Invocations of a workgroup.
-    pub workgroup: [u32; 3],
-}
-
-type Key = (Kernel, Specialisation, Option<HandKernel>);
 
 /// The cache.
 #[derive(Default)]
@@ -50,6 +36,8 @@ struct Background {
     /// Asked by one at a time; a receiver alone could not be shared.
     answers: Mutex<mpsc::Receiver<Answer>>,
     ordered: HashSet<Key>,
+    /// What could not be compiled: it is not tried again where something else will do.
+    refused: HashSet<Key>,
 }
 
 struct Order {
@@ -88,7 +76,7 @@ impl Pipelines {
     ) -> Result<Pipeline, TraceError> {
         let by_hand = self.by_hand.filter(|_| kernel == Kernel::Whitted);
         let key = (kernel, relevant(kernel, special), by_hand);
-        self.take_answers()?;
+        self.take_answers();
         if let Some(pipeline) = self.compiled.get(&key) {
             return Ok(pipeline.clone());
         }
@@ -101,6 +89,7 @@ impl Pipelines {
             (Some(background), None) if background.ordered.contains(&key) => self.wait_for(key),
             _ => {
                 let pipeline = compile(gpu, key, &layout_of(gpu, layouts, key))?;
+                // A device that is lost compiles nothing and says nothing.
                 gpu.check()?;
                 self.compiled.insert(key, pipeline.clone());
                 Ok(pipeline)
@@ -135,15 +124,26 @@ impl Pipelines {
         least.map(|(_, pipeline)| pipeline)
     }
 
-    fn take_answers(&mut self) -> Result<(), TraceError> {
-        let Some(background) = &mut self.background else {
-            return Ok(());
-        };
-        while let Ok(answer) = background.answers().try_recv() {
-            background.ordered.remove(&answer.key);
-            self.compiled.insert(answer.key, answer.pipeline?);
+    fn take_answers(&mut self) {
+        while let Some(background) = &mut self.background
+            && let Ok(answer) = background.answers().try_recv()
+        {
+            // What nothing stands in for is asked for again, and the error told then.
+            let _ = self.take(answer);
         }
-        Ok(())
+    }
+
+    fn take(&mut self, Answer { key, pipeline }: Answer) -> Result<Pipeline, TraceError> {
+        if let Some(background) = &mut self.background {
+            background.ordered.remove(&key);
+            if let Err(error) = &pipeline {
+                tracing::warn!("{error}");
+                background.refused.insert(key);
+            }
+        }
+        let pipeline = pipeline?;
+        self.compiled.insert(key, pipeline.clone());
+        Ok(pipeline)
     }
 
     /// An order that nothing else will do for.
@@ -152,11 +152,10 @@ impl Pipelines {
             let Ok(answer) = background.answers().recv() else {
                 break;
             };
-            background.ordered.remove(&answer.key);
-            let pipeline = answer.pipeline?;
-            self.compiled.insert(answer.key, pipeline.clone());
-            if answer.key == key {
-                return Ok(pipeline);
+            let is_ours = answer.key == key;
+            let pipeline = self.take(answer);
+            if is_ours {
+                return pipeline;
             }
         }
         Err(TraceError::Device(
@@ -193,6 +192,7 @@ impl Background {
             orders,
             answers: Mutex::new(answers),
             ordered: HashSet::new(),
+            refused: HashSet::new(),
         })
     }
 
@@ -202,7 +202,7 @@ impl Background {
     }
 
     fn order(&mut self, gpu: &Gpu, layouts: &Layouts, key: Key) {
-        if self.ordered.insert(key) {
+        if !self.refused.contains(&key) && self.ordered.insert(key) {
             let layout = layout_of(gpu, layouts, key);
             // A thread that has ended shows in what waits for it.
             let _ = self.orders.send(Order { key, layout });
@@ -222,202 +222,5 @@ impl Drop for Background {
     }
 }
 
-fn layout_of(gpu: &Gpu, layouts: &Layouts, (kernel, special, _): Key) -> wgpu::PipelineLayout {
-    layouts.pipeline(gpu, kernel, special.features.reads_texels())
-}
-
-/// Composes and compiles; what the driver says against it shows in [`Gpu::check`].
-fn compile(
-    gpu: &Gpu,
-    (kernel, special, by_hand): Key,
-    layout: &wgpu::PipelineLayout,
-) -> Result<Pipeline, TraceError> {
-    let shader = match by_hand {
-        Some(by_hand) => by_hand.shader(special),
-        None => shader_source(kernel, special),
-    };
-    let shader = shader.map_err(|why| {
-        TraceError::Device(format!(
-            "the shader {} does not compose: {why}",
-            kernel.name()
-        ))
-    })?;
-    let module = module_of(gpu, kernel, shader.source);
-    let compute = gpu
-        .device
-        .create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(kernel.name()),
-            layout: Some(layout),
-            module: &module,
-            entry_point: Some(kernel.name()),
-            compilation_options: wgpu::PipelineCompilationOptions::default(),
-            cache: gpu.kept_pipelines(),
-        });
-    Ok(Pipeline {
-        compute,
-        workgroup: shader.workgroup,
-    })
-}
-
-/// What serves every scene of the same arithmetic.
-fn general(special: Specialisation) -> Specialisation {
-    Specialisation {
-        cutoff: true,
-        ..Specialisation::new(Features::all(), GENERAL_GENERATIONS).with(special.kernels)
-    }
-}
-
-/// A kernel without the counter that wgpu puts into every loop, in case one does not end: that takes registers and about
-/// 4 % of a picture's time on an NVIDIA H200. Bounds of buffers and arrays stay checked.
-fn module_of(gpu: &Gpu, kernel: Kernel, source: String) -> wgpu::ShaderModule {
-    let descriptor = wgpu::ShaderModuleDescriptor {
-        label: Some(kernel.name()),
-        source: wgpu::ShaderSource::Wgsl(source.into()),
-    };
-    let checks = wgpu::ShaderRuntimeChecks {
-        force_loop_bounding: false,
-        ..wgpu::ShaderRuntimeChecks::checked()
-    };
-    // SAFETY: every loop of our kernels ends, and what comes from elsewhere promises the same (`HandKernel`). Walks visit each node of a tree at most
-    // once, and builders name each node by one slot; rounds of a shadow ray have ever greater keys;
-    // a path's generations and straight crossings are counted; all other loops count to a number of rows.
-    #[allow(unsafe_code)]
-    unsafe {
-        gpu.device.create_shader_module_trusted(descriptor, checks)
-    }
-}
-
-/// Drops from a specialisation what the kernel does not read, so that it is not compiled twice.
-fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
-    let shapes = Features {
-        reflection: false,
-        transmission: false,
-        smooth_normals: false,
-        spot_lights: false,
-        directional_lights: false,
-        fade: false,
-        absorption: false,
-        curved: false,
-        sky: false,
-        panorama: false,
-        textures: special.features.textures && special.features.cutouts,
-        normal_maps: false,
-        vertex_colors: special.features.vertex_colors && special.features.cutouts,
-        ..special.features
-    };
-    let rays = Specialisation::new(shapes, 1).with(special.kernels);
-    match kernel {
-        Kernel::Whitted | Kernel::Antialias => special,
-        Kernel::Leave => rays,
-        // Rays of a buffer leave no surface.
-        Kernel::Intersect => rays.with(Kernels {
-            offsets: Offset::default(),
-            ..special.kernels
-        }),
-        _ => Specialisation::new(Features::default(), 1),
-    }
-}
-
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::frame::{FrameScene, TraceSettings};
-    use crate::trace::gpu::GpuTracer;
-    use crate::trace::gpu::tests::{open, picture, scene, settings};
-    use crate::trace::{Picture, Tracer};
-    use crate::world::Material;
-
-    fn glassy() -> FrameScene {
-        let mut scene = scene(30, 20);
-        scene.materials.edit(|material: &mut Material| {
-            material.transmit = 0.6;
-            material.ior = 1.3;
-        });
-        scene.features = Features::of(&scene);
-        assert!(scene.features.transmission);
-        scene
-    }
-
-    /// Waits for the thread.
-    fn settle(pipelines: &mut Pipelines) {
-        let is_busy = |pipelines: &Pipelines| {
-            let background = pipelines.background.as_ref();
-            background.is_some_and(|background| !background.ordered.is_empty())
-        };
-        while is_busy(pipelines) {
-            std::thread::sleep(std::time::Duration::from_millis(5));
-            pipelines.take_answers().expect("compiles");
-        }
-    }
-
-    fn largest_difference(a: &Picture, b: &Picture) -> f32 {
-        let pairs = a.pixels.iter().zip(&b.pixels);
-        let differences = pairs.map(|(a, b)| (a - b).abs().max_element());
-        differences.fold(0.0, f32::max)
-    }
-
-    #[test]
-    fn an_edit_that_adds_glass_is_traced_with_the_general_kernel_until_its_own_is_there() {
-        let (plain, glass, settings): (_, _, TraceSettings) =
-            (scene(30, 20), glassy(), settings(48));
-        let mut waiting = GpuTracer::new(open()).expect("a tracer");
-        let expected = [&plain, &glass]
-            .map(|scene| picture(&mut waiting, scene, &settings).expect("a picture"));
-        let mut tracer = GpuTracer::new(open()).expect("a tracer");
-        tracer.compile_in_background();
-        let first = picture(&mut tracer, &plain, &settings).expect("a picture");
-        assert!(
-            first == expected[0],
-            "the first picture waits for its own kernel"
-        );
-        settle(&mut tracer.pipelines);
-        assert_eq!(
-            tracer.pipelines.compiled.len(),
-            2,
-            "its own and the general one"
-        );
-        let meanwhile = picture(&mut tracer, &glass, &settings).expect("a picture");
-        let off = largest_difference(&meanwhile, &expected[1]);
-        assert!(off <= 1.5e-5, "{off}");
-        settle(&mut tracer.pipelines);
-        assert_eq!(tracer.pipelines.compiled.len(), 3);
-        let back = picture(&mut tracer, &plain, &settings).expect("a picture");
-        assert!(back == expected[0]);
-        let own = picture(&mut tracer, &glass, &settings).expect("a picture");
-        assert!(own == expected[1], "its own kernel is there and not used");
-    }
-
-    #[test]
-    fn of_kernels_that_will_do_the_one_with_least_is_taken() {
-        let gpu = open();
-        let layouts = Layouts::new(&gpu);
-        let mut pipelines = Pipelines::default();
-        pipelines.compile_in_background(&gpu);
-        let get = |pipelines: &mut Pipelines, features: Features| {
-            let special = Specialisation::new(features, 4);
-            let pipeline = pipelines.get(&gpu, &layouts, Kernel::Intersect, special);
-            pipeline.expect("compiles").compute
-        };
-        let spheres = Features {
-            spheres: true,
-            ..Features::default()
-        };
-        let both = Features {
-            cuboids: true,
-            ..spheres
-        };
-        let all = get(&mut pipelines, Features::all());
-        let meanwhile = get(&mut pipelines, both);
-        assert!(meanwhile == all, "nothing else is there");
-        settle(&mut pipelines);
-        let own = get(&mut pipelines, both);
-        assert!(own != all);
-        assert!(get(&mut pipelines, spheres) == own, "less than all will do");
-        settle(&mut pipelines);
-        assert!(get(&mut pipelines, spheres) != own);
-        // Without a thread nothing stands in.
-        let mut waiting = Pipelines::default();
-        let all = get(&mut waiting, Features::all());
-        assert!(get(&mut waiting, both) != all);
-    }
-}
+mod tests;

@@ -7,7 +7,7 @@ use std::time::Instant;
 use bytemuck::{cast_slice, pod_read_unaligned};
 
 use super::buffers::{create, read};
-use super::pipelines::Pipeline;
+use super::compile::Pipeline;
 use super::rays::{Slot, kernel_of, pass_row, ray_row};
 use super::tracer::nothing_uploaded;
 use super::{Gpu, GpuTracer};

@@ -10,9 +10,9 @@ use rayon::prelude::*;
 
 use super::GpuTracer;
 use super::buffers::create;
+use super::compile::Pipeline;
 use super::context::Gpu;
 use super::layout::{Layouts, bind};
-use super::pipelines::Pipeline;
 use super::shader::Kernel;
 use super::tracer::nothing_uploaded;
 use crate::frame::wire::{HitRow, NONE, PassRow, QUERY_ANY, QUERY_CLOSEST, RayRow};
