@@ -40,8 +40,9 @@ const SCENES: [&str; 4] = ["mirrors_21", "spheres_36", "polygons_35", "demo"];
 const SIZES: [UVec2; 2] = [UVec2::new(1920, 1080), UVec2::new(1024, 768)];
 /// Of a short run.
 const SMALL_SIZE: UVec2 = UVec2::new(96, 54);
-/// Clocks rise with work.
-const WARM_UP: Duration = Duration::from_millis(250);
+/// Clocks rise with work, and fall while the host works alone: this long before the first time is taken, and all times of a
+/// scene in one go.
+const WARM_UP: Duration = Duration::from_millis(2500);
 const WARM_UP_RUNS: usize = 8;
 /// Rays of each kind that the reference answers too.
 const CHECKED: usize = 20_000;
@@ -83,10 +84,13 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
                 request,
                 common,
             };
-            rows.extend(run.kinds(sizes[0], tracer.as_mut(), reference.as_mut())?);
+            let sets = run.sets(sizes[0], tracer.as_mut())?;
+            run.warm_up(&sets, tracer.as_mut())?;
+            rows.extend(run.kinds(&sets, tracer.as_mut())?);
             for &size in &sizes {
                 rows.push(run.whole(size, tracer.as_mut())?);
             }
+            rows.extend(run.flips(&sets, tracer.as_ref(), reference.as_mut())?);
             bar.inc(1);
         }
     }
@@ -145,23 +149,13 @@ struct Run<'a> {
 }
 
 impl Run<'_> {
-    /// Rays of every kind, one kind after the other, over and over.
-    fn kinds(
-        &self,
-        size: UVec2,
-        tracer: &mut dyn Tracer,
-        reference: &mut dyn Tracer,
-    ) -> Result<Vec<Row>, Failure> {
-        let settings = TraceSettings {
-            size,
-            ..crate::stage::settings(self.common, size)
-        };
+    /// The rays of every kind that there are.
+    fn sets(&self, size: UVec2, tracer: &mut dyn Tracer) -> Result<Vec<RaySet>, Failure> {
+        let settings = self.settings(size);
         let frame = &self.stage.work.frame;
         tracer.refit(frame)?;
         tracer.upload(frame, &settings)?;
-        reference.refit(frame)?;
-        reference.upload(frame, &settings)?;
-        let sets = kinds::trace(self.stage, size, tracer)?;
+        let mut sets = kinds::trace(self.stage, size, tracer)?;
         if let Some(folder) = &self.request.dump
             && tracer.backend() != Backend::Reference
         {
@@ -173,12 +167,30 @@ impl Run<'_> {
                 &in_rows(size, &sets),
             )?;
         }
-        let name = format!("{}.{}", self.stage.name, tracer.backend());
+        sets.retain(|set| !set.rays.is_empty());
+        Ok(sets)
+    }
+
+    /// Works until clocks have risen.
+    fn warm_up(&self, sets: &[RaySet], tracer: &mut dyn Tracer) -> Result<(), Failure> {
+        let begun = Instant::now();
+        while !self.request.small && begun.elapsed() < WARM_UP {
+            for set in sets {
+                tracer.time_rays(&set.rays, set.query, WARM_UP_RUNS)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Times of every kind, and of a whole frame's together.
+    fn kinds(&self, sets: &[RaySet], tracer: &mut dyn Tracer) -> Result<Vec<Row>, Failure> {
+        let name = self.name(tracer);
         let mut rows = Vec::new();
         let mut whole = vec![0.0; self.samples()];
         let mut count = 0;
-        for set in sets.iter().filter(|set| !set.rays.is_empty()) {
-            let millis = self.timed(set, tracer)?;
+        for set in sets {
+            tracer.time_rays(&set.rays, set.query, WARM_UP_RUNS)?;
+            let millis = tracer.time_rays(&set.rays, set.query, self.samples())?;
             if WHOLE_FRAME.contains(&set.kind) {
                 whole
                     .iter_mut()
@@ -187,7 +199,6 @@ impl Run<'_> {
                 count += set.rays.len();
             }
             rows.extend(kind_rows(&format!("{name}.{}", set.kind), set, &millis));
-            rows.push(self.flips(&format!("{name}.{}", set.kind), set, reference)?);
         }
         rows.push(Row::sampled(
             format!("{name}.rays"),
@@ -208,77 +219,70 @@ impl Run<'_> {
         Ok(rows)
     }
 
-    /// Milliseconds of one kind, once clocks have risen.
-    fn timed(&self, set: &RaySet, tracer: &mut dyn Tracer) -> Result<Vec<f64>, Failure> {
-        let begun = Instant::now();
-        while begun.elapsed() < self.warm_up() {
-            tracer.time_rays(&set.rays, set.query, WARM_UP_RUNS)?;
+    /// Of rays that the reference answers too, how many of a kind hit where it misses or miss where it hits, per million.
+    fn flips(
+        &self,
+        sets: &[RaySet],
+        tracer: &dyn Tracer,
+        reference: &mut dyn Tracer,
+    ) -> Result<Vec<Row>, Failure> {
+        let frame = &self.stage.work.frame;
+        reference.refit(frame)?;
+        reference.upload(frame, &self.settings(UVec2::ONE))?;
+        let mut rows = Vec::new();
+        for set in sets {
+            let step = (set.rays.len() / CHECKED).max(1);
+            let rays: Vec<_> = set.rays.iter().copied().step_by(step).collect();
+            let truth = reference.intersect(&rays, set.query)?;
+            let pairs = truth.iter().zip(set.hits.iter().step_by(step));
+            let flips = pairs
+                .filter(|(a, b)| a.t.is_finite() != b.t.is_finite())
+                .count();
+            rows.push(Row::single(
+                format!("{}.{}.flips", self.name(tracer), set.kind),
+                "ppm",
+                Better::Lower,
+                flips as f64 / rays.len().max(1) as f64 * 1e6,
+            ));
         }
-        Ok(tracer.time_rays(&set.rays, set.query, self.samples())?)
+        Ok(rows)
     }
 
-    /// Of rays that the reference answers too, how many hit where it misses or miss where it hits, per million.
-    fn flips(&self, name: &str, set: &RaySet, reference: &mut dyn Tracer) -> Result<Row, Failure> {
-        let step = (set.rays.len() / CHECKED).max(1);
-        let rays: Vec<_> = set.rays.iter().copied().step_by(step).collect();
-        let truth = reference.intersect(&rays, set.query)?;
-        let pairs = truth.iter().zip(set.hits.iter().step_by(step));
-        let flips = pairs
-            .filter(|(a, b)| a.t.is_finite() != b.t.is_finite())
-            .count();
-        Ok(Row::single(
-            format!("{name}.flips"),
-            "ppm",
-            Better::Lower,
-            flips as f64 / rays.len().max(1) as f64 * 1e6,
-        ))
+    fn name(&self, tracer: &dyn Tracer) -> String {
+        format!("{}.{}", self.stage.name, tracer.backend())
+    }
+
+    fn settings(&self, size: UVec2) -> TraceSettings {
+        TraceSettings {
+            size,
+            ..crate::stage::settings(self.common, size)
+        }
     }
 
     /// The picture's kernel, shading included. Two frames in turn, since an unchanged one is not traced again.
     fn whole(&self, size: UVec2, tracer: &mut dyn Tracer) -> Result<Row, Failure> {
-        let settings = TraceSettings {
-            size,
-            ..crate::stage::settings(self.common, size)
-        };
+        let settings = self.settings(size);
         let mut other = self.stage.frame.clone();
         other.background.horizon += glam::Vec3::splat(1e-6);
         let frames = [&other, &self.stage.frame];
         let mut millis = Vec::new();
-        let begun = Instant::now();
-        let mut turn = 0;
-        while millis.len() < self.samples() {
-            let is_warm = begun.elapsed() >= self.warm_up();
+        for turn in 0..WARM_UP_RUNS + self.samples() {
             let start = Instant::now();
             traced(tracer, frames[turn % 2], &settings)?;
             let around = start.elapsed().as_secs_f64() * 1e3;
-            turn += 1;
             let passes = tracer.pass_times();
             // A device without timestamps has the clock around it all.
             let pass = passes.iter().find(|pass| pass.name == KERNEL);
-            if is_warm {
+            if turn >= WARM_UP_RUNS {
                 millis.push(pass.map_or(around, |pass| pass.millis));
             }
         }
-        let name = format!(
-            "{}.{}.whole.{}x{}",
-            self.stage.name,
-            tracer.backend(),
-            size.x,
-            size.y
-        );
+        let name = format!("{}.whole.{}x{}", self.name(tracer), size.x, size.y);
         Ok(Row::sampled(name, "ms", Better::Lower, &millis))
     }
 
     fn samples(&self) -> usize {
         if self.request.small { 4 } else { 40 }
-    }
-
-    fn warm_up(&self) -> Duration {
-        if self.request.small {
-            Duration::ZERO
-        } else {
-            WARM_UP
-        }
     }
 }
 
