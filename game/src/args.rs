@@ -196,7 +196,7 @@ pub struct WindowArgs {
     /// pixels along an axis goes; a GPU traces every pixel unless its frames take more than 100 ms. `--scale 1` traces every pixel however long it takes.
     #[arg(long, global = true, value_name = "MS", value_parser = target_millis)]
     pub target_ms: Option<f64>,
-    /// Samples a pixel up to which a picture refines while nothing changes, one a frame; 0: it does not.
+    /// Samples a pixel up to which a picture refines while nothing changes, one or, within a frame's time, several a frame; 0: it does not.
     #[arg(long, global = true, value_name = "N", default_value_t = 256, value_parser = clap::value_parser!(u32).range(0..=i64::from(SAMPLES_CAPACITY)))]
     pub refine: u32,
 }

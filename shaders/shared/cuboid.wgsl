@@ -15,8 +15,8 @@ struct CuboidHit {
 }
 
 fn hit_cuboid(ray: SlabRay) -> CuboidHit {
-    let low = (vec3f(-1.0) - ray.from_least) * ray.inverse;
-    let high = (vec3f(1.0) - ray.from_greatest) * ray.inverse;
+    let low = (vec3f(-1.0) - ray.origin) * ray.inverse;
+    let high = (vec3f(1.0) - ray.origin) * ray.inverse;
     let forward = ray.inverse > vec3f(0.0);
     let enter = select(high, low, forward);
     let leave = select(low, high, forward);

@@ -3,14 +3,14 @@
 // Twin: engine/src/trace/cpu/traverse.rs.
 #define_import_path orrery::traverse
 
-#import orrery::types::{CHILD_LEAF, CHILD_NONE, InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, KIND_TORUS, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, ROOT_OF_SPHERES, TRAVERSAL_CAPACITY}
-#import orrery::scene::{instances, nodes, triangles, view}
+#import orrery::types::{CHILD_LEAF, CHILD_NONE, InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH, KIND_SPHERE, KIND_TORUS, LEAF_COUNT_SHIFT, LEAF_FIRST_MASK, NONE, ROOT_OF_SPHERES}
+#import orrery::scene::{instances, triangles, view}
 #ifdef TRANSMISSION
 #import orrery::scene::materials
 #import orrery::types::MATERIAL_TRANSMITS
 #endif
 #import orrery::affine::{map_point, map_vector}
-#import orrery::slab::{SlabRay, enter_children, tree_ray}
+#import orrery::slab::{TreeRay, enter_children, tree_ray}
 #ifdef SPHERE_TREES
 #import orrery::slab::{Entered, enter_spheres}
 #endif
@@ -82,9 +82,10 @@ struct Found {
     uv: vec2f,
 }
 
+const STACK: u32 = #{STACK}u;
 // Private rather than local: cleared once an invocation, not once a ray. Slots alone, without the distances
 // at which their boxes begin: testing a box in vain costs less than a second array (measured, 4.4 times).
-var<private> stack: array<u32, TRAVERSAL_CAPACITY>;
+var<private> stack: array<u32, STACK>;
 
 fn key_after(t: f32) -> Key {
     return Key(t, NONE, NONE);
@@ -146,16 +147,24 @@ fn trace_planes(probe: Probe, so_far: Found) -> Found {
 }
 #endif
 
+// The ray for the tree over instances, whose boxes are about an anchor.
+fn instance_tree_ray(probe: Probe) -> TreeRay {
+    let slack = (abs(probe.origin) + abs(view.eye_from_anchor)) * ORIGIN_SLACK;
+    return tree_ray(probe.origin + view.eye_from_anchor, slack, probe.dir);
+}
+
 // One loop over both levels: at a mesh the ray and the tree are changed for the mesh's, and changed back
 // once the stack has shrunk to where it was.
 fn trace_trees(probe: Probe, so_far: Found) -> Found {
     var best = so_far;
-    let slack = (abs(probe.origin) + abs(view.eye_from_anchor)) * ORIGIN_SLACK;
-    let world = tree_ray(probe.origin + view.eye_from_anchor, slack, probe.dir);
-    var ray = world;
+    var ray = instance_tree_ray(probe);
     var root = view.root;
     var depth = 0u;
     var slot = 0u;
+    var origin = probe.origin;
+    if (view.root & CHILD_LEAF) != 0u {
+        slot = view.root;
+    }
 #ifdef MESHES
     var mesh = NONE;
     var floor_depth = 0u;
@@ -171,12 +180,12 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
 #ifdef SPHERE_TREES
             var entered: Entered;
             if in_spheres {
-                entered = enter_spheres(nodes[root + slot], ray.from_least, local_dir, probe.after.t, reach);
+                entered = enter_spheres(root + slot, origin, local_dir, probe.after.t, reach);
             } else {
-                entered = enter_children(nodes[root + slot], ray, probe.after.t, reach);
+                entered = enter_children(root + slot, ray, probe.after.t, reach);
             }
 #else
-            let entered = enter_children(nodes[root + slot], ray, probe.after.t, reach);
+            let entered = enter_children(root + slot, ray, probe.after.t, reach);
 #endif
             if entered.slot.w != CHILD_NONE {
                 depth = push(depth, entered.slot.x);
@@ -190,11 +199,12 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
 #ifdef MESHES
             if mesh != NONE {
                 let count = ((slot & ~CHILD_LEAF) >> LEAF_COUNT_SHIFT) + 1u;
-                best = offer_triangles(probe, best, mesh, shear, ray.from_least, first, count);
+                best = offer_triangles(probe, best, mesh, shear, origin, first, count);
             } else if instances[first].kind == KIND_MESH {
                 let rows = instances[first].local_from_world;
                 let dir = map_vector(rows, probe.dir);
-                ray = tree_ray(map_point(rows, probe.origin), vec3f(0.0), dir);
+                origin = map_point(rows, probe.origin);
+                ray = tree_ray(origin, vec3f(0.0), dir);
                 shear = make_shear(dir);
                 root = instances[first].root & ~ROOT_OF_SPHERES;
 #ifdef SPHERE_TREES
@@ -215,33 +225,30 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
                 return best;
             }
         }
+        if depth == 0u {
+            break;
+        }
 #ifdef MESHES
         if mesh != NONE && depth == floor_depth {
             mesh = NONE;
             root = view.root;
-            ray = world;
+            ray = instance_tree_ray(probe);
 #ifdef SPHERE_TREES
             in_spheres = false;
 #endif
         }
 #endif
-        if depth == 0u {
-            break;
-        }
         depth -= 1u;
         slot = stack[depth];
     }
     return best;
 }
 
-// Trees are built to need no more than the capacity; should one ever, its farthest boxes are lost
-// rather than memory.
+// Written where there is nothing to keep, too: the next slot goes over it, and no ray turns aside for it. So one place more is there
+// than trees need; should one ever need more, boxes are lost rather than memory.
 fn push(depth: u32, slot: u32) -> u32 {
-    if slot == CHILD_NONE || depth >= TRAVERSAL_CAPACITY {
-        return depth;
-    }
-    stack[depth] = slot;
-    return depth + 1u;
+    stack[min(depth, STACK - 1u)] = slot;
+    return min(depth + select(1u, 0u, slot == CHILD_NONE), STACK - 1u);
 }
 
 #ifdef MESHES

@@ -13,8 +13,6 @@ struct Shear {
 struct Shear {
     // Longest axis of the direction.
     axis: u32,
-    // Whether the other two are swapped, which keeps the winding.
-    swapped: bool,
     shear: vec3f,
 }
 #endif
@@ -63,15 +61,14 @@ fn make_shear(dir: vec3f) -> Shear {
     } else if size.y > size.z {
         axis = 1u;
     }
-    let d = permute(dir, axis, false);
-    let swapped = d.z < 0.0;
-    let along = select(d.xy, d.yx, swapped);
-    return Shear(axis, swapped, vec3f(along.x / d.z, along.y / d.z, 1.0 / d.z));
+    let d = permute(dir, axis);
+    return Shear(axis, vec3f(d.x / d.z, d.y / d.z, 1.0 / d.z));
 }
 
-fn permute(p: vec3f, axis: u32, swapped: bool) -> vec3f {
-    let q = select(select(p, p.zxy, axis == 1u), p.yzx, axis == 0u);
-    return select(q, q.yxz, swapped);
+// The longest axis last, in the cyclic order. A direction that goes down it sees triangles turned round, and both sides of them
+// are hit alike.
+fn permute(p: vec3f, axis: u32) -> vec3f {
+    return select(select(p, p.zxy, axis == 1u), p.yzx, axis == 0u);
 }
 
 // Whether all three lie on one side of the ray.
@@ -82,9 +79,9 @@ fn apart(p: vec3f) -> bool {
 // Each edge is decided by comparing two rounded products of values that both its triangles compute from
 // the same bits; a difference of products might be fused, differently on the two sides. Zero is inside.
 fn hit_triangle(ray: Shear, origin: vec3f, corner_a: vec3f, corner_b: vec3f, corner_c: vec3f) -> TriangleHit {
-    let a = permute(corner_a - origin, ray.axis, ray.swapped);
-    let b = permute(corner_b - origin, ray.axis, ray.swapped);
-    let c = permute(corner_c - origin, ray.axis, ray.swapped);
+    let a = permute(corner_a - origin, ray.axis);
+    let b = permute(corner_b - origin, ray.axis);
+    let c = permute(corner_c - origin, ray.axis);
     let x = fma(vec3f(-ray.shear.x), vec3f(a.z, b.z, c.z), vec3f(a.x, b.x, c.x));
     let y = fma(vec3f(-ray.shear.y), vec3f(a.z, b.z, c.z), vec3f(a.y, b.y, c.y));
     // Of a triangle without area the signs below are noise: they hold all along its line. See the twin.

@@ -178,9 +178,9 @@ fn rendering_twice_gives_the_same_bytes_and_resumes() {
 
 /// A polygon under every structure, each with triangles enough for a tree of two levels.
 fn structures_scene() -> String {
-    let corners: Vec<String> = (0..24)
+    let corners: Vec<String> = (0..16)
         .map(|i| {
-            let (sin, cos) = (f64::from(i) / 24.0 * std::f64::consts::TAU).sin_cos();
+            let (sin, cos) = (f64::from(i) / 16.0 * std::f64::consts::TAU).sin_cos();
             format!("({}, {}, 0)", 2.0 * cos, 2.0 * sin)
         })
         .collect();

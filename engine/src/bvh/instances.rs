@@ -254,6 +254,12 @@ impl InstanceTree {
         }
     }
 
+    /// Nodes that a traversal may have to keep at once, at most.
+    pub fn stack_bound(&self) -> u32 {
+        // Three siblings a level, and what is taken up next.
+        (3 * self.deepest as u32 + 1).min(STACK_SHARE)
+    }
+
     /// Fits every box of the tree as it is, whatever [`InstanceTree::update`] would do; the rows are those of
     /// the last update.
     pub fn refit(&mut self, boxes: &[Aabb]) {

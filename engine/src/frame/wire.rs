@@ -114,7 +114,8 @@ pub struct ViewRow {
     pub first_plane: u32,
     /// Rows of lights.
     pub light_count: u32,
-    /// Root of the instance tree among the nodes; [`NONE`]: no instances but planes.
+    /// Root of the instance tree among the nodes, or the leaf that is all of it (see [`crate::bvh::Node4`]); [`NONE`]: no
+    /// instances but planes.
     pub root: u32,
     /// The eye relative to the anchor that the boxes of the instance tree are about.
     pub eye_from_anchor: [f32; 3],

@@ -234,7 +234,6 @@ impl PackedScene {
     }
 
     fn make_view(&self, scene: &FrameScene, settings: &TraceSettings) -> ViewRow {
-        let has_tree = self.instances.node_room() > 0;
         ViewRow {
             background: scene.background.horizon.to_array(),
             zenith: scene.background.zenith.to_array(),
@@ -244,10 +243,10 @@ impl PackedScene {
             max_generations: scene.max_generations.min(GENERATIONS_CAPACITY),
             first_plane: self.instances.first_plane(),
             light_count: self.lights.len() as u32,
-            root: if has_tree {
-                self.instance_nodes.nodes.start
-            } else {
-                NONE
+            root: match self.instances.alone() {
+                _ if self.instances.node_room() == 0 => NONE,
+                Some(leaf) => leaf,
+                None => self.instance_nodes.nodes.start,
             },
             eye_from_anchor: self.instances.eye_from_anchor().as_vec3().to_array(),
             ..view_row(&scene.view, settings)
@@ -278,6 +277,12 @@ impl PackedScene {
     #[inline]
     pub fn instances(&self) -> &[InstanceRow] {
         &self.instances.rows
+    }
+
+    /// Nodes that a traversal of both levels may have to keep at once, at most.
+    pub fn stack_bound(&self) -> u32 {
+        let meshes = self.meshes.iter().map(|mesh| mesh.stack_need);
+        self.instances.stack_bound() + meshes.max().unwrap_or(0)
     }
 
     /// Where a device keeps the tree over instances, in rows of nodes.

@@ -116,7 +116,10 @@ pub fn recover(
         .map_err(|error| TraceError::NoDevice(format!("the GPU did not come back: {error}")))?;
     if sharing == Sharing::Shared {
         screen.share_device();
-        recover_tracer(world, Some(gpu))?;
+        // Without a screen there is no going on: this is to be tried again, whatever it was.
+        recover_tracer(world, Some(gpu)).map_err(|error| {
+            TraceError::NoDevice(format!("the GPU came back, but not its tracer: {error}"))
+        })?;
     }
     world.insert_resource(screen);
     Ok(())

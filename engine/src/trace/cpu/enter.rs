@@ -1,6 +1,6 @@
 //! A ray against the four boxes, or spheres, of a node: where it enters each, and which it enters at all.
 //!
-//! Twin of `shaders/shared/slab.wgsl`.
+//! Twin of `shaders/shared/slab.wgsl`, where a plane's distance is one fused product and what that errs by is in the ray.
 
 use glam::{Vec3, Vec4};
 

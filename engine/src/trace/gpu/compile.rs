@@ -122,7 +122,10 @@ pub fn relevant(kernel: Kernel, special: Specialisation) -> Specialisation {
         vertex_colors: special.features.vertex_colors && special.features.cutouts,
         ..special.features
     };
-    let rays = Specialisation::new(shapes, 1).with(special.kernels);
+    let rays = Specialisation {
+        stack: special.stack,
+        ..Specialisation::new(shapes, 1).with(special.kernels)
+    };
     match kernel {
         Kernel::Whitted | Kernel::Antialias => special,
         Kernel::Leave => rays,

@@ -64,7 +64,12 @@ impl KeptPipelines {
         };
         let hash = blake3::hash(&data);
         let mut written = self.written.lock().unwrap_or_else(PoisonError::into_inner);
-        if data.len() > MOST_BYTES || *written == Some(hash) {
+        if *written == Some(hash) {
+            return;
+        }
+        if data.len() > MOST_BYTES {
+            // Whatever it says, the next start begins without it.
+            let _ = fs::remove_file(&self.path);
             return;
         }
         if replace(&self.path, &encode(&data)).is_ok() {

@@ -29,6 +29,8 @@ pub struct GpuTracer {
     pub(super) on_device: SceneOnDevice,
     pub(super) pipelines: Pipelines,
     pub(super) special: Option<Specialisation>,
+    /// Of a traversal's stack, by the trees up to now: it never shrinks, so that no kernel is compiled for a tree that comes and goes.
+    stack_need: u32,
     pub(super) rays: Option<RayBuffers>,
     /// None before the first picture.
     pub(super) canvas: Option<Canvas>,
@@ -65,6 +67,7 @@ impl GpuTracer {
             tree_millis: None,
             pipelines: Pipelines::default(),
             special: None,
+            stack_need: 0,
             rays: None,
             canvas: None,
             progress: Progress::default(),
@@ -190,9 +193,10 @@ impl Tracer for GpuTracer {
         features.textures &= has_texels;
         features.panorama &= has_texels;
         let special = Specialisation::new(features, generations);
+        self.stack_need = self.stack_need.max(self.packed.stack_bound());
         let special = Specialisation {
             cutoff: self.packed.view.cutoff > 0.0,
-            ..special.with(settings.kernels)
+            ..special.with(settings.kernels).with_stack(self.stack_need)
         };
         if self.special.replace(special) != Some(special) {
             self.pace.forget();

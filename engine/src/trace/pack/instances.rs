@@ -13,7 +13,7 @@ use super::dirty::DirtyRows;
 use super::instance::{NOTHING, Packed, PaddedBox, Placed, instance_row};
 use super::mesh::PackedMesh;
 use super::users::Users;
-use crate::bvh::{InstanceTree, Node4, TreeAction, TreeWork};
+use crate::bvh::{CHILD_NONE, InstanceTree, Node4, TRAVERSAL_CAPACITY, TreeAction, TreeWork};
 use crate::frame::wire::{InstanceRow, KIND_PLANE, NONE};
 use crate::frame::{FrameScene, Instance};
 use crate::geom::Aabb;
@@ -151,6 +151,15 @@ impl PackedInstances {
         }
     }
 
+    /// Nodes that a traversal of the tree may have to keep at once, at most.
+    pub fn stack_bound(&self) -> u32 {
+        if self.on_device {
+            TRAVERSAL_CAPACITY / 2
+        } else {
+            self.tree.stack_bound()
+        }
+    }
+
     /// Whether the device's tree is one that it built.
     pub fn is_on_device(&self) -> bool {
         self.on_device
@@ -170,6 +179,17 @@ impl PackedInstances {
     #[inline]
     pub fn nodes(&self) -> &[Node4] {
         self.tree.nodes()
+    }
+
+    /// The leaf of the tree, if it has but one: a ray may begin there, and need not ask for its box.
+    pub fn alone(&self) -> Option<u32> {
+        match self.tree.nodes() {
+            [root] if !self.on_device => {
+                let mut children = root.children.into_iter().filter(|&slot| slot != CHILD_NONE);
+                children.next().filter(|_| children.next().is_none())
+            }
+            _ => None,
+        }
     }
 
     /// What the last update did to the tree.

@@ -77,6 +77,8 @@ pub struct PackedMesh {
     /// What it was packed from.
     pub source: MeshRow,
     tree: Tree,
+    /// [`Tree::stack_need`] of it.
+    pub stack_need: u32,
     /// In the order of the tree's leaves.
     pub triangles: Vec<TriangleRow>,
     /// Positions, then normals of smooth meshes, then texture coordinates with alpha, then colours.
@@ -134,6 +136,7 @@ impl PackedMesh {
         mesh.triangles = mesh.tree.prims.iter().map(triangle).collect();
         mesh.bounds = boxes.iter().fold(Aabb::EMPTY, |all, b| all.union(*b));
         mesh.fresh_cost = mesh.tree.cost();
+        mesh.stack_need = mesh.tree.stack_need();
         mesh.stale = Stale::All;
         mesh.on_device = on_device;
         mesh.reach_out();
@@ -233,6 +236,7 @@ impl PackedMesh {
 
     /// Takes over a tree that was built for earlier boxes of the same triangles; its place is to be taken.
     pub fn adopt(&mut self, tree: Tree) {
+        self.stack_need = tree.stack_need();
         self.tree = tree;
         let data = &self.source.data;
         let triangle = |&prim: &u32| TriangleRow {

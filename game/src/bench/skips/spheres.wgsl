@@ -2,13 +2,13 @@
 // Reads: groups 0 and 1. Writes: pixels. It counts nothing, and knows no other shape, light or material.
 // Shared with the tracer: the arithmetic of boxes and spheres. Stands in for shaders/whitted.wgsl; the picture is the same.
 #import orrery::types::{CHILD_LEAF, CHILD_NONE, LEAF_FIRST_MASK, NONE}
-#import orrery::scene::{instances, lights, materials, nodes, pass_row, view}
+#import orrery::scene::{instances, lights, materials, pass_row, view}
 #import orrery::slab::{enter_children, tree_ray}
 #import orrery::sphere::{hit_sphere, sphere_frame, sphere_height}
 
 @group(2) @binding(0) var<storage, read_write> pixels: array<vec4f>;
 
-const STACK: u32 = 64u;
+const STACK: u32 = #{STACK}u;
 const FARTHEST: f32 = 1e30;
 const REACH: f32 = 1.00012207;
 const ORIGIN_SLACK: f32 = 9.5367432e-7;
@@ -28,11 +28,11 @@ fn meet(origin: vec3f, dir: vec3f, start: u32, most: f32, any_will_do: bool) -> 
     let slack = (abs(origin) + abs(view.eye_from_anchor)) * ORIGIN_SLACK;
     let ray = tree_ray(origin + view.eye_from_anchor, slack, dir);
     var depth = 0u;
-    // A tree of one leaf may have no node.
+    // Where one leaf is all of the tree, the root is that leaf.
     var slot = select(0u, view.root, (view.root & CHILD_LEAF) != 0u);
     loop {
         if (slot & CHILD_LEAF) == 0u {
-            let entered = enter_children(nodes[view.root + slot], ray, 0.0, best.t * REACH);
+            let entered = enter_children(view.root + slot, ray, 0.0, best.t * REACH);
             if entered.slot.w != CHILD_NONE {
                 depth = push(depth, entered.slot.x);
                 depth = push(depth, entered.slot.y);
@@ -62,11 +62,8 @@ fn meet(origin: vec3f, dir: vec3f, start: u32, most: f32, any_will_do: bool) -> 
 }
 
 fn push(depth: u32, slot: u32) -> u32 {
-    if slot == CHILD_NONE || depth >= STACK {
-        return depth;
-    }
-    stack[depth] = slot;
-    return depth + 1u;
+    stack[min(depth, STACK - 1u)] = slot;
+    return min(depth + select(1u, 0u, slot == CHILD_NONE), STACK - 1u);
 }
 
 fn step_off(height: f32, normal: vec3f, dir: vec3f) -> vec3f {

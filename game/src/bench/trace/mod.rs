@@ -44,6 +44,8 @@ const SMALL_SIZE: UVec2 = UVec2::new(96, 54);
 /// scene in one go.
 const WARM_UP: Duration = Duration::from_millis(2500);
 const WARM_UP_RUNS: usize = 8;
+/// The same before whole frames, where the host has just worked alone for a while.
+const WARM_UP_FRAMES: Duration = Duration::from_millis(800);
 /// Rays of each kind that the reference answers too.
 const CHECKED: usize = 20_000;
 /// The pass that makes pictures.
@@ -189,7 +191,6 @@ impl Run<'_> {
         let mut whole = vec![0.0; self.samples()];
         let mut count = 0;
         for set in sets {
-            tracer.time_rays(&set.rays, set.query, WARM_UP_RUNS)?;
             let millis = tracer.time_rays(&set.rays, set.query, self.samples())?;
             if WHOLE_FRAME.contains(&set.kind) {
                 whole
@@ -266,15 +267,20 @@ impl Run<'_> {
         other.background.horizon += glam::Vec3::splat(1e-6);
         let frames = [&other, &self.stage.frame];
         let mut millis = Vec::new();
-        for turn in 0..WARM_UP_RUNS + self.samples() {
+        let begun = Instant::now();
+        for turn in 0.. {
+            let is_warm = self.request.small || begun.elapsed() >= WARM_UP_FRAMES;
             let start = Instant::now();
             traced(tracer, frames[turn % 2], &settings)?;
             let around = start.elapsed().as_secs_f64() * 1e3;
             let passes = tracer.pass_times();
             // A device without timestamps has the clock around it all.
             let pass = passes.iter().find(|pass| pass.name == KERNEL);
-            if turn >= WARM_UP_RUNS {
+            if is_warm {
                 millis.push(pass.map_or(around, |pass| pass.millis));
+            }
+            if millis.len() == self.samples() {
+                break;
             }
         }
         let name = format!("{}.whole.{}x{}", self.name(tracer), size.x, size.y);
