@@ -32,5 +32,6 @@ pub use rebuild::{Rebuilder, Rebuilt};
 pub use structures::Bounds;
 pub use tree::{Child, Tree};
 
-/// Nodes a traversal can hold over both levels of trees; each tree is built to need at most half.
-pub const TRAVERSAL_CAPACITY: u32 = 96;
+/// Nodes a traversal can hold over both levels of trees; each tree is built to need at most half. Good trees over millions of
+/// triangles need more than 48 each; who pays for room takes what the trees at hand need.
+pub const TRAVERSAL_CAPACITY: u32 = 192;

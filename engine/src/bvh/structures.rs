@@ -184,6 +184,7 @@ mod tests {
     use glam::Vec3;
 
     use super::*;
+    use crate::bvh::build::STACK_SHARE;
     use crate::testing::boxes;
 
     fn children(node: &Node4) -> usize {
@@ -210,7 +211,7 @@ mod tests {
                     let kind = tree.bounds;
                     tree.validate(&before)
                         .unwrap_or_else(|e| panic!("{count} {kind:?}: {e}"));
-                    assert!(tree.stack_need() <= 48, "{}", tree.stack_need());
+                    assert!(tree.stack_need() <= STACK_SHARE, "{}", tree.stack_need());
                     let prims = tree.prims.clone();
                     let cost = tree.refit(|place| after[prims[place] as usize].into());
                     tree.validate(&after)

@@ -13,7 +13,7 @@ use super::dirty::DirtyRows;
 use super::instance::{NOTHING, Packed, PaddedBox, Placed, instance_row};
 use super::mesh::PackedMesh;
 use super::users::Users;
-use crate::bvh::{CHILD_NONE, InstanceTree, Node4, TRAVERSAL_CAPACITY, TreeAction, TreeWork};
+use crate::bvh::{CHILD_NONE, InstanceTree, Node4, TreeAction, TreeWork};
 use crate::frame::wire::{InstanceRow, KIND_PLANE, NONE};
 use crate::frame::{FrameScene, Instance};
 use crate::geom::Aabb;
@@ -24,6 +24,9 @@ const ROWS_PER_TASK: usize = 2048;
 
 /// One row in so many moving is most of them: fewer are followed along their paths.
 const BUSY_SHARE: usize = 8;
+
+/// Nodes that rays may have to keep of a tree that a device builds: it has at most 15 levels.
+const DEVICE_STACK: u32 = 46;
 
 /// Nodes that a tree over so many boxes may take, whoever builds it: all but one of the boxes need a node.
 pub fn most_nodes(boxes: u32) -> u32 {
@@ -154,7 +157,7 @@ impl PackedInstances {
     /// Nodes that a traversal of the tree may have to keep at once, at most.
     pub fn stack_bound(&self) -> u32 {
         if self.on_device {
-            TRAVERSAL_CAPACITY / 2
+            DEVICE_STACK
         } else {
             self.tree.stack_bound()
         }

@@ -20,7 +20,7 @@ use crate::trace::gpu::shader::Kernel;
 use super::Plan;
 pub use crate::trace::pack::most_nodes;
 
-/// Levels that no tree exceeds: 15 levels leave at most 46 nodes waiting, within a traversal's share of 48.
+/// Levels that no tree exceeds: 15 levels leave at most 46 nodes waiting, which is what rays keep room for.
 const MOST_LEVELS: u32 = 15;
 /// Levels beyond those of a full tree, for clusters; each costs two dispatches.
 const SPARE_LEVELS: u32 = 3;
