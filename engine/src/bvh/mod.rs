@@ -10,7 +10,8 @@
 //! - [`Bounds`] names the structures to compare with, the report's own among them.
 //!
 //! Boxes are grown outward around the very values that intersectors read, so that together with the slab
-//! rule of [`crate::geom::SlabRay`] no hit is ever culled. So no picture depends on a tree or its history.
+//! rule of [`crate::geom::SlabRay`], or that of `shaders/shared/slab.wgsl`, no hit is ever culled. So no picture depends
+//! on a tree or its history.
 
 mod build;
 mod cluster;

@@ -31,7 +31,7 @@ enum Rule {
     Fixed(f64),
     /// A frame time is kept.
     Kept(Budget),
-    /// Every pixel, for now: so many pictures in a row were slow.
+    /// Every pixel, until too many pictures in a row are slow: so many were.
     Watching(u32),
 }
 
