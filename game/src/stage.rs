@@ -75,7 +75,8 @@ pub fn load(
     Ok((engine, warnings))
 }
 
-/// How pictures are traced unless the command has its own way: what was asked for, at this size if none was.
+/// How pictures are traced unless the command has its own way: what was asked for, at this size if none was, and no ray
+/// counted.
 pub fn settings(common: &Common, size: UVec2) -> TraceSettings {
     TraceSettings {
         size: common.size.unwrap_or(size),
@@ -83,6 +84,7 @@ pub fn settings(common: &Common, size: UVec2) -> TraceSettings {
         adaptive: common.adaptive,
         cutoff: common.cutoff,
         max_generations: common.depth,
+        count_rays: false,
         ..TraceSettings::default()
     }
 }

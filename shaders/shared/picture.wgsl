@@ -16,32 +16,40 @@ struct Report {
 @group(2) @binding(0) var<storage, read_write> pixels: array<vec4f>;
 @group(2) @binding(1) var<storage, read_write> report: Report;
 
+#ifdef COUNTS
 var<workgroup> group_primary: atomic<u32>;
 var<workgroup> group_reflected: atomic<u32>;
 var<workgroup> group_refracted: atomic<u32>;
 var<workgroup> group_shadow: atomic<u32>;
+#endif
 
-// Counts the rays of a sample. Overflows are rare: they go straight to the sum.
+// Counts the rays of a sample, where anybody asks, and what did not fit, which is told always: that is rare, and goes straight
+// to the sum. What is tallied and not read here costs nothing.
 fn count_rays() {
+#ifdef COUNTS
     atomicAdd(&group_primary, 1u);
     atomicAdd(&group_reflected, tally::reflected_rays);
     atomicAdd(&group_refracted, tally::refracted_rays);
     atomicAdd(&group_shadow, tally::shadow_rays);
+#ifdef CUTOFF
+    if tally::dropped_rays > 0u {
+        atomicAdd(&report.counters.dropped_rays, tally::dropped_rays);
+    }
+#endif
+#endif
+#ifdef TRANSMISSION
     if tally::media_overflows > 0u {
         atomicAdd(&report.counters.media_overflows, tally::media_overflows);
     }
     if tally::straight_overflows > 0u {
         atomicAdd(&report.counters.straight_overflows, tally::straight_overflows);
     }
-#ifdef CUTOFF
-    if tally::dropped_rays > 0u {
-        atomicAdd(&report.counters.dropped_rays, tally::dropped_rays);
-    }
 #endif
 }
 
 // Adds the workgroup's counts to the picture's; every invocation of the group calls this.
 fn add_up(lane: u32) {
+#ifdef COUNTS
     workgroupBarrier();
     if lane == 0u {
         atomicAdd(&report.counters.primary_rays, atomicLoad(&group_primary));
@@ -49,4 +57,5 @@ fn add_up(lane: u32) {
         atomicAdd(&report.counters.refracted_rays, atomicLoad(&group_refracted));
         atomicAdd(&report.counters.shadow_rays, atomicLoad(&group_shadow));
     }
+#endif
 }

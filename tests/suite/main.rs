@@ -27,6 +27,7 @@ mod pictures;
 mod present;
 mod sampling;
 mod shaders;
+mod skips;
 mod stability;
 mod tracers;
 mod window;

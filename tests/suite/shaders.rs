@@ -92,6 +92,35 @@ fn pictures_compose_with_a_cutoff() {
 }
 
 #[test]
+fn pictures_compose_with_counts_and_read_none_of_them_without() {
+    for bits in 0..1 << 2 {
+        for cutoff in [false, true] {
+            let without = Specialisation {
+                cutoff,
+                ..Specialisation::new(features(bits | 1 << 3), 8)
+            };
+            let counting = Specialisation {
+                counts: true,
+                ..without
+            };
+            for kernel in [Kernel::Whitted, Kernel::Antialias] {
+                let [with, without] = [counting, without].map(|special| {
+                    let shader = shader_source(kernel, special);
+                    shader
+                        .unwrap_or_else(|why| panic!("{kernel:?}: {why}"))
+                        .source
+                });
+                assert!(with.contains("workgroupBarrier"));
+                assert!(
+                    !without.contains("workgroupBarrier"),
+                    "{kernel:?}: {without}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn presenting_validates_and_its_uniform_is_as_rust_writes_it() {
     use naga::valid::{Capabilities, ValidationFlags, Validator};
     let source = include_str!("../../shaders/present.wgsl");

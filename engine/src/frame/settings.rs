@@ -30,6 +30,10 @@ pub struct TraceSettings {
     /// a channel; higher is faster. 0 leaves out nothing. First samples of adaptive pictures leave out nothing, so that the
     /// same pixels take more; nor does the f64 reference. (Besides, sums round otherwise where terms are missing.)
     pub cutoff: f32,
+    /// Rays are counted by kind, and those left out: on a GPU that takes a kernel of its own, and time, so those who read no
+    /// counts do without. What did not fit and what was brought there is counted always; on the host, where it costs
+    /// nothing, everything is.
+    pub count_rays: bool,
 }
 
 impl TraceSettings {
@@ -50,6 +54,7 @@ impl Default for TraceSettings {
             kernels: Kernels::default(),
             // A bound in linear light would say nothing of a dim scene that exposure lifts.
             cutoff: 0.0,
+            count_rays: true,
         }
     }
 }

@@ -139,7 +139,8 @@ impl Hit {
     }
 }
 
-/// Rays of the last picture by kind, and what did not fit.
+/// Rays of the last picture by kind, and what did not fit. On a GPU those that are not asked for
+/// ([`TraceSettings::count_rays`]) are 0.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counters {
     /// Camera rays.

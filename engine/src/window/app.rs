@@ -3,7 +3,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use bevy_ecs::change_detection::Mut;
+use bevy_ecs::change_detection::{DetectChangesMut, Mut};
 use winit::application::ApplicationHandler;
 use winit::dpi::PhysicalSize;
 use winit::event::{DeviceEvent, DeviceId, WindowEvent};
@@ -175,11 +175,17 @@ impl<'a> WindowApp<'a> {
         } else {
             open.resolution.traced(size)
         };
+        // Who counts rays is slower by that: the profiler alone shows them.
+        let count_rays = world.resource::<EditorState>().profiler;
         let mut settings = world.resource_mut::<TraceSettings>();
         let refine_by = open.resolution.samples_when_still(size, settings.samples);
-        if (settings.size, settings.refine_by) != (traced, refine_by) {
-            (settings.size, settings.refine_by) = (traced, refine_by);
-        }
+        let now = TraceSettings {
+            size: traced,
+            refine_by,
+            count_rays,
+            ..*settings
+        };
+        settings.set_if_neq(now);
         let start = Instant::now();
         self.engine.frame();
         let millis = start.elapsed().as_secs_f64() * 1e3;

@@ -7,7 +7,7 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use glam::UVec2;
-use orrery_engine::frame::{FrameScene, Shape};
+use orrery_engine::frame::{FrameScene, Shape, TraceSettings};
 use orrery_engine::present::write_png8;
 use orrery_engine::profile::{Profile, percentile_of_sorted};
 use orrery_engine::trace::{Counters, Picture};
@@ -140,6 +140,7 @@ impl Play<'_> {
         let mut engine = stage::set(&self.file, self.common, size, rate)?;
         let loaded = begun.elapsed().as_secs_f64() * 1e3;
         stage::cast(&mut engine, tracer);
+        engine.world.resource_mut::<TraceSettings>().count_rays = true;
         let begun = Instant::now();
         stage::picture(&mut engine, 0)?;
         let first = begun.elapsed().as_secs_f64() * 1e3;

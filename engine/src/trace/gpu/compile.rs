@@ -80,6 +80,7 @@ pub fn compile(
 pub fn general(special: Specialisation) -> Specialisation {
     Specialisation {
         cutoff: true,
+        counts: true,
         ..Specialisation::new(Features::all(), GENERAL_GENERATIONS).with(special.kernels)
     }
 }

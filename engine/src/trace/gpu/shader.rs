@@ -143,6 +143,8 @@ pub struct Specialisation {
     pub stack: u32,
     /// Rays too faint to matter are left out.
     pub cutoff: bool,
+    /// Rays are counted by kind.
+    pub counts: bool,
 }
 
 impl Specialisation {
@@ -156,6 +158,7 @@ impl Specialisation {
             deferred_slots: slots.next_power_of_two(),
             stack: 0,
             cutoff: false,
+            counts: false,
         }
         .with_stack(TRAVERSAL_CAPACITY)
     }
@@ -175,6 +178,7 @@ impl Specialisation {
             && self.deferred_slots >= other.deferred_slots
             && self.stack >= other.stack
             && (self.cutoff || !other.cutoff)
+            && (self.counts || !other.counts)
     }
 
     /// The same with this arithmetic.
@@ -192,6 +196,7 @@ impl Specialisation {
             ("SCATTERS", f.reflection || f.transmission),
             ("DEFERS", f.reflection && f.transmission),
             ("CUTOFF", self.cutoff && (f.reflection || f.transmission)),
+            ("COUNTS", self.counts),
             ("SMOOTH_NORMALS", f.smooth_normals),
             ("MESHES", f.meshes),
             ("SPHERE_TREES", f.sphere_trees),

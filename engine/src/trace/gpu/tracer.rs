@@ -196,6 +196,7 @@ impl Tracer for GpuTracer {
         self.stack_need = self.stack_need.max(self.packed.stack_bound());
         let special = Specialisation {
             cutoff: self.packed.view.cutoff > 0.0,
+            counts: settings.count_rays,
             ..special.with(settings.kernels).with_stack(self.stack_need)
         };
         if self.special.replace(special) != Some(special) {

@@ -46,7 +46,7 @@ pub struct Point {
     pub frames: Vec<f64>,
     /// Of that, tracing alone; by the device's clock where it has one.
     pub rays: Vec<f64>,
-    /// Rays a pixel of the last picture that came back.
+    /// Rays a pixel of the picture after those that were timed: counting takes time on a device.
     pub rays_a_pixel: f64,
 }
 
@@ -170,11 +170,16 @@ fn measure(engine: &mut Engine, mut flight: Flight, count: usize) -> Result<Poin
             let passes = tracer.pass_times();
             let pass = passes.iter().find(|pass| pass.name == KERNEL);
             point.rays.extend(pass.map(|pass| pass.millis));
-            let pixels = f64::from(size.x) * f64::from(size.y);
-            point.rays_a_pixel = tracer.counters().rays() as f64 / pixels;
         }
     }
     flight.land()?;
+    engine.world.resource_mut::<TraceSettings>().count_rays = true;
+    stage::advance(engine, WARM_UP + point.frames.len() as u64)?;
+    if let Some(tracer) = &mut engine.world.resource_mut::<ActiveTracer>().0 {
+        tracer.picture()?;
+        let pixels = f64::from(size.x) * f64::from(size.y);
+        point.rays_a_pixel = tracer.counters().rays() as f64 / pixels;
+    }
     Ok(point)
 }
 

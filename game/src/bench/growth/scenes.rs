@@ -116,6 +116,7 @@ impl Quantity {
         engine.world.insert_resource(TraceSettings {
             size,
             max_generations: Some(generations),
+            count_rays: false,
             ..TraceSettings::default()
         });
         Ok(engine)

@@ -33,6 +33,8 @@ const SCENE: &str = "lagoon";
 /// Frames measured unless `--frames` says otherwise, and of a short run.
 const FRAMES: u64 = 1000;
 const SMALL_FRAMES: u64 = 20;
+/// Frames, at most, of the run that counts rays.
+const COUNTED_FRAMES: u64 = 200;
 /// Frames before the clock counts.
 const WARM_UP: u64 = 30;
 /// Frames a second on an NVIDIA H200.
@@ -61,8 +63,21 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         let name = tracer.backend().to_string();
         let is_device = tracer.backend() == Backend::Gpu;
         devices.push(tracer.device());
-        let played = play(tracer, gpu, request.frame, frames, common)?;
+        let timed = Frames {
+            first: request.frame,
+            count: frames,
+            count_rays: false,
+        };
+        let played = play(tracer, gpu, &timed, common)?;
         rows.extend(played.rows(&name, is_device));
+        // A device that counts rays is slower by that.
+        let (tracer, gpu) = open(choice, common)?;
+        let counted = Frames {
+            count: frames.min(COUNTED_FRAMES),
+            count_rays: true,
+            ..timed
+        };
+        rows.extend(play(tracer, gpu, &counted, common)?.ray_rows(&name));
         limits.extend(is_device.then(|| played.limit(&name)));
         let (tracer, gpu) = open(choice, common)?;
         let frames = request.frame..request.frame + frames.min(WARM_UP);
@@ -112,19 +127,29 @@ struct Played {
     pixels: f64,
 }
 
+/// Which frames are played.
+#[derive(Clone, Copy)]
+struct Frames {
+    first: u64,
+    count: u64,
+    count_rays: bool,
+}
+
 /// Frame after frame, without the profiler of systems.
 fn play(
     tracer: Box<dyn Tracer>,
     gpu: Option<Arc<Gpu>>,
-    first: u64,
-    count: u64,
+    frames: &Frames,
     common: &Common,
 ) -> Result<Played, Failure> {
+    let &Frames { first, count, .. } = frames;
     // Spans are made together with their systems, in the first frame: none are, under this subscriber.
     with_default(NoSubscriber::new(), || {
         let mut engine = stage::set(Path::new(SCENE), common, SIZE, FRAMES_PER_SEC)?;
         stage::cast(&mut engine, tracer);
-        let size = engine.world.resource::<TraceSettings>().size;
+        let mut settings = engine.world.resource_mut::<TraceSettings>();
+        settings.count_rays = frames.count_rays;
+        let size = settings.size;
         let mut flight = Flight::new(gpu);
         for frame in first..first + WARM_UP.min(count) {
             stage::advance(&mut engine, frame)?;
@@ -209,30 +234,33 @@ impl Played {
                 .iter()
                 .map(|(pass, millis)| row(&format!("pass.{pass}"), millis)),
         );
-        rows.extend(self.ray_rows(backend));
+        let uploads = self
+            .counters
+            .iter()
+            .map(|c| c.bytes_uploaded as f64 / 1024.0);
+        rows.push(Row::sampled(
+            format!("{backend}.uploaded"),
+            "KiB",
+            Better::Lower,
+            &uploads.collect::<Vec<_>>(),
+        ));
         rows
     }
 
     /// Rays a pixel by kind.
     fn ray_rows(&self, backend: &str) -> impl Iterator<Item = Row> {
-        let kinds: [(&str, fn(&Counters) -> u64); 6] = [
+        let kinds: [(&str, fn(&Counters) -> u64); 5] = [
             ("rays", Counters::rays),
             ("primary", |c| c.primary_rays),
             ("reflected", |c| c.reflected_rays),
             ("refracted", |c| c.refracted_rays),
             ("shadow", |c| c.shadow_rays),
-            ("uploaded", |c| c.bytes_uploaded),
         ];
         kinds.into_iter().map(move |(kind, count)| {
             let name = format!("{backend}.{kind}");
-            let each = |scale: f64| -> Vec<f64> {
-                let counts = self.counters.iter().map(|c| count(c) as f64 * scale);
-                counts.collect()
-            };
-            if kind == "uploaded" {
-                return Row::sampled(name, "KiB", Better::Lower, &each(1.0 / 1024.0));
-            }
-            let row = Row::sampled(name, "a pixel", Better::Higher, &each(1.0 / self.pixels));
+            let each = self.counters.iter().map(|c| count(c) as f64 / self.pixels);
+            let each: Vec<f64> = each.collect();
+            let row = Row::sampled(name, "a pixel", Better::Higher, &each);
             match kind {
                 "rays" => row.with_target(RAYS_TARGET),
                 _ => row,

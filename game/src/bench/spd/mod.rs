@@ -210,7 +210,11 @@ fn traced_and_counted(
     frame: &FrameScene,
     settings: &TraceSettings,
 ) -> Result<(Picture, [u64; 4]), Failure> {
-    let picture = traced(tracer, frame, settings)?;
+    let counting = TraceSettings {
+        count_rays: true,
+        ..*settings
+    };
+    let picture = traced(tracer, frame, &counting)?;
     let counters = tracer.counters();
     let eye_rays = primary_rays(&frame.view, settings.size);
     let hits = tracer.intersect(&eye_rays, Query::Closest)?;
