@@ -56,6 +56,7 @@ Examples:
   orrery bench structures                        the 2008 report's bounding spheres beside boxes
   orrery bench stability --backend cpu           leaks, self-hits, lost boxes, far and tiny scenes, bad input
   orrery bench trace --suite mirrors_21           rays by kind and whole frames
+  orrery bench cpu                               rays by kind on the processor, one thread and all
   orrery bench spd --report spd                  the Standard Procedural Databases, rays as published
   orrery bench bart --frames 100 --report bart   kitchen, robots and museum, played to their last frame
   orrery bench start                             large scenes from file to ready to trace, without and with the cache
@@ -157,7 +158,7 @@ pub struct BenchRequest {
     /// writes them and prints `key=value` lines. May be given several times.
     #[arg(long, value_name = "PROGRAM")]
     pub rival: Vec<PathBuf>,
-    /// Stability: only this suite, by a name that `bench stability --list` prints. Trace: only this scene. May be given several times.
+    /// Stability: only this suite, by a name that `bench stability --list` prints. Trace, cpu: only this scene. May be given several times.
     #[arg(long, value_name = "NAME")]
     pub suite: Vec<String>,
     /// Stability: rays of each aim of the suites that count rays, such as 1e9.
@@ -170,7 +171,7 @@ pub struct BenchRequest {
     /// of the folders that are read; without it, `../shared/scenes`.
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Hope, growth, skips, motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
+    /// Trace, cpu, hope, growth, skips, motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
     #[arg(long)]
     pub small: bool,
 }

@@ -357,3 +357,24 @@ fn rays_are_timed_by_kind_and_dumped_for_rivals() {
         &["`mirror`", "mirrors_21"],
     );
 }
+
+#[test]
+fn rays_on_the_processor_are_timed_on_one_thread_and_dumped() {
+    let folder = folder("bench_cpu");
+    let dump = folder.join("dump");
+    let report = report("cpu", &folder, &["--dump", &dump.display().to_string()]);
+    for kind in ["primary", "shadow", "reflect", "diffuse"] {
+        assert!(
+            value(&report, &format!("s0.1t.{kind}.rate")) > 0.0,
+            "{kind}"
+        );
+        assert!(
+            value(&report, &format!("s0.{kind}.flips")) <= 2000.0,
+            "{kind}"
+        );
+        let file = dump.join("s0").join(format!("rays_{kind}.bin"));
+        assert!(file.exists(), "{kind}");
+    }
+    assert!(value(&report, "s0.1t.primary.hit_rate") > 50.0);
+    expect(&["bench", "cpu", "--suite", "s2"], 2, &["`s2`", "s0, s1"]);
+}

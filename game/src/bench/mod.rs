@@ -5,6 +5,7 @@
 
 mod accuracy;
 mod bart;
+mod cpu;
 mod crowd;
 mod dump;
 mod flight;
@@ -44,7 +45,7 @@ struct Benchmark {
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 13] = [
+const ALL: [Benchmark; 14] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
@@ -58,6 +59,13 @@ const ALL: [Benchmark; 13] = [
         run: trace::run,
         must: |_| false,
         takes: &["--dump", "--files", "--suite", "--small"],
+    },
+    Benchmark {
+        name: "cpu",
+        about: "the processor alone: rays by kind on meshes of 100,000 and 1,000,000 triangles, one thread and all",
+        run: cpu::run,
+        must: |_| false,
+        takes: &["--dump", "--suite", "--small"],
     },
     Benchmark {
         name: "hope",

@@ -49,6 +49,8 @@ pub struct CpuTracer {
     bytes_written: u64,
     counters: Counters,
     passes: Vec<PassTime>,
+    /// Of rays that were asked for one by one; kept, since memory that is new is slow.
+    answers: Vec<Option<Found>>,
 }
 
 impl CpuTracer {
@@ -127,20 +129,26 @@ impl Tracer for CpuTracer {
     }
 
     fn intersect(&mut self, rays: &[Ray], query: Query) -> Result<Vec<Hit>, TraceError> {
-        let packed = &self.packed;
-        if query == Query::Leave {
-            let pairs = rays.par_chunks(2).with_min_len(RAYS_PER_TASK);
-            let answers = pairs.map_init(Stack::default, |stack, pair| leave(packed, pair, stack));
-            let hits: Vec<[Hit; 2]> = answers.collect();
-            return Ok(hits.into_iter().flatten().take(rays.len()).collect());
-        }
-        Ok(rays
-            .par_iter()
-            .with_min_len(RAYS_PER_TASK)
-            .map_init(Stack::default, |stack, ray| {
-                answer(packed, ray, query, stack)
-            })
-            .collect())
+        self.answer(rays, query);
+        let hit = |found: &Option<Found>| match query {
+            Query::Any => Hit::any(found.is_some()),
+            Query::Closest | Query::Leave => found.as_ref().map_or(Hit::MISS, hit_of),
+        };
+        Ok(self.answers.par_iter().map(hit).collect())
+    }
+
+    fn time_rays(
+        &mut self,
+        rays: &[Ray],
+        query: Query,
+        runs: usize,
+    ) -> Result<Vec<f64>, TraceError> {
+        let timed = |_| {
+            let start = Instant::now();
+            self.answer(rays, query);
+            start.elapsed().as_secs_f64() * 1e3
+        };
+        Ok((0..runs).map(timed).collect())
     }
 
     fn hierarchy(&self, level: Level, alone: Option<u32>, most: usize) -> Option<Hierarchy> {
@@ -165,6 +173,28 @@ impl Tracer for CpuTracer {
 }
 
 impl CpuTracer {
+    /// Answers rays in order.
+    fn answer(&mut self, rays: &[Ray], query: Query) {
+        let packed = &self.packed;
+        self.answers.resize(rays.len(), None);
+        let rays = rays.par_chunks(RAYS_PER_TASK);
+        let tasks = rays.zip(self.answers.par_chunks_mut(RAYS_PER_TASK));
+        tasks.for_each_init(Stack::default, |stack, (rays, answers)| match query {
+            Query::Any => each(rays, answers, |ray| {
+                trace::<AnyHit>(packed, &probe_of(ray), stack)
+            }),
+            Query::Closest => each(rays, answers, |ray| {
+                trace::<Nearest>(packed, &probe_of(ray), stack)
+            }),
+            Query::Leave => {
+                for (pair, answers) in rays.chunks(2).zip(answers.chunks_mut(2)) {
+                    let found = leave(packed, pair, stack);
+                    answers.copy_from_slice(&found[..answers.len()]);
+                }
+            }
+        });
+    }
+
     /// What bringing rows and trees up to the frame took, rays aside.
     fn work_done(&self) -> Counters {
         Counters {
@@ -195,21 +225,23 @@ fn hit_of(found: &Found) -> Hit {
     }
 }
 
-fn answer(scene: &PackedScene, ray: &Ray, query: Query, stack: &mut Stack) -> Hit {
-    let probe = probe_of(ray);
-    if query == Query::Any {
-        return Hit::any(trace::<AnyHit>(scene, &probe, stack).is_some());
+fn each(
+    rays: &[Ray],
+    answers: &mut [Option<Found>],
+    mut answer: impl FnMut(&Ray) -> Option<Found>,
+) {
+    for (ray, place) in rays.iter().zip(answers) {
+        *place = answer(ray);
     }
-    trace::<Nearest>(scene, &probe, stack).map_or(Hit::MISS, |found| hit_of(&found))
 }
 
 /// [`Query::Leave`] of a pair.
-fn leave(scene: &PackedScene, pair: &[Ray], stack: &mut Stack) -> [Hit; 2] {
+fn leave(scene: &PackedScene, pair: &[Ray], stack: &mut Stack) -> [Option<Found>; 2] {
     let [arriving, leaving] = pair else {
-        return [Hit::MISS; 2];
+        return [None; 2];
     };
     let Some(found) = trace::<Nearest>(scene, &probe_of(arriving), stack) else {
-        return [Hit::MISS; 2];
+        return [None; 2];
     };
     let surface = resolve(scene, &found, arriving.origin, arriving.dir);
     let dir = out_of_frame(surface.n_geom, leaving.dir);
@@ -220,9 +252,5 @@ fn leave(scene: &PackedScene, pair: &[Ray], stack: &mut Stack) -> [Hit; 2] {
         start,
         ..probe_of(leaving)
     };
-    let next = trace::<Nearest>(scene, &probe, stack);
-    [
-        hit_of(&found),
-        next.map_or(Hit::MISS, |found| hit_of(&found)),
-    ]
+    [Some(found), trace::<Nearest>(scene, &probe, stack)]
 }

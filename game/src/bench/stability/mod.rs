@@ -20,7 +20,7 @@ mod odd;
 mod ratios;
 mod refit;
 mod scenes;
-mod solids;
+pub mod solids;
 mod stream;
 mod surfaces;
 mod tally;

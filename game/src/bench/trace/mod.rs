@@ -3,15 +3,16 @@
 //! Rays by kind are timed alone, where they lie (on a GPU by its own timestamps), and can be dumped for rivals. Whole
 //! frames are the picture's kernel: the same rays, shading included.
 
-mod kinds;
-mod stage;
+pub mod kinds;
+pub mod rates;
+pub mod stage;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 use glam::UVec2;
 use orrery_engine::frame::TraceSettings;
-use orrery_engine::trace::{Backend, Query, Tracer};
+use orrery_engine::trace::{Backend, Tracer};
 
 use super::dump;
 use super::frame::backends;
@@ -24,6 +25,7 @@ use crate::output::{note, progress};
 use crate::stage::traced;
 
 use kinds::WHOLE_FRAME;
+use rates::{flips, in_rows, kind_rows};
 use stage::Stage;
 
 /// Folders of dumped scenes.
@@ -46,8 +48,6 @@ const WARM_UP: Duration = Duration::from_millis(2500);
 const WARM_UP_RUNS: usize = 8;
 /// The same before whole frames, where the host has just worked alone for a while.
 const WARM_UP_FRAMES: Duration = Duration::from_millis(800);
-/// Rays of each kind that the reference answers too.
-const CHECKED: usize = 20_000;
 /// The pass that makes pictures.
 const KERNEL: &str = "whitted";
 /// Frame of scenes in motion.
@@ -92,7 +92,13 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
             for &size in &sizes {
                 rows.push(run.whole(size, tracer.as_mut())?);
             }
-            rows.extend(run.flips(&sets, tracer.as_ref(), reference.as_mut())?);
+            rows.extend(flips(
+                &stage,
+                &run.name(tracer.as_ref()),
+                &sets,
+                reference.as_mut(),
+                common,
+            )?);
             bar.inc(1);
         }
     }
@@ -220,35 +226,6 @@ impl Run<'_> {
         Ok(rows)
     }
 
-    /// Of rays that the reference answers too, how many of a kind hit where it misses or miss where it hits, per million.
-    fn flips(
-        &self,
-        sets: &[RaySet],
-        tracer: &dyn Tracer,
-        reference: &mut dyn Tracer,
-    ) -> Result<Vec<Row>, Failure> {
-        let frame = &self.stage.work.frame;
-        reference.refit(frame)?;
-        reference.upload(frame, &self.settings(UVec2::ONE))?;
-        let mut rows = Vec::new();
-        for set in sets {
-            let step = (set.rays.len() / CHECKED).max(1);
-            let rays: Vec<_> = set.rays.iter().copied().step_by(step).collect();
-            let truth = reference.intersect(&rays, set.query)?;
-            let pairs = truth.iter().zip(set.hits.iter().step_by(step));
-            let flips = pairs
-                .filter(|(a, b)| a.t.is_finite() != b.t.is_finite())
-                .count();
-            rows.push(Row::single(
-                format!("{}.{}.flips", self.name(tracer), set.kind),
-                "ppm",
-                Better::Lower,
-                flips as f64 / rays.len().max(1) as f64 * 1e6,
-            ));
-        }
-        Ok(rows)
-    }
-
     fn name(&self, tracer: &dyn Tracer) -> String {
         format!("{}.{}", self.stage.name, tracer.backend())
     }
@@ -290,34 +267,4 @@ impl Run<'_> {
     fn samples(&self) -> usize {
         if self.request.small { 4 } else { 40 }
     }
-}
-
-fn kind_rows(name: &str, set: &RaySet, millis: &[f64]) -> Vec<Row> {
-    let rates: Vec<f64> = millis
-        .iter()
-        .map(|millis| set.rays.len() as f64 / millis * 1e-3)
-        .collect();
-    let hits = set.hits.iter().filter(|hit| match set.query {
-        Query::Any => hit.instance == 1,
-        Query::Closest | Query::Leave => hit.instance != u32::MAX,
-    });
-    let rate = hits.count() as f64 / set.rays.len() as f64 * 100.0;
-    vec![
-        Row::sampled(name, "ms", Better::Lower, millis),
-        Row::sampled(format!("{name}.rate"), "Mrays/s", Better::Higher, &rates),
-        Row::single(format!("{name}.hit_rate"), "%", Better::Higher, rate),
-    ]
-}
-
-/// The same sets with primary rays in rows of pixels, as the dump format has them.
-fn in_rows(size: UVec2, sets: &[RaySet]) -> Vec<RaySet> {
-    let mut sets: Vec<RaySet> = sets.to_vec();
-    if let Some(primary) = sets.first_mut() {
-        let tiled = primary.clone();
-        for (i, pixel) in kinds::tiles(size).enumerate() {
-            primary.rays[pixel] = tiled.rays[i];
-            primary.hits[pixel] = tiled.hits[i];
-        }
-    }
-    sets
 }

@@ -92,15 +92,26 @@ impl Stage {
             let map = DAffine3::from_mat3_translation(linear, column(3) - view.origin);
             (row[0].to_bits(), map)
         });
+        let light = DVec3::from(manifest.light) - view.origin;
+        Self::of_meshes(manifest.scene, meshes?, instances.collect(), view, light)
+            .map_err(|what| Failure::Input(format!("{}: {what}", folder.display())))
+    }
+
+    /// Instances of meshes, all mirrors a little; their maps and the light are relative to the eye.
+    pub fn of_meshes(
+        name: String,
+        meshes: Vec<WorkMesh>,
+        instances: Vec<(u32, DAffine3)>,
+        view: View,
+        light: DVec3,
+    ) -> Result<Self, String> {
         let mirror = Material {
             color: Vec3::splat(0.7),
             diffuse: 1.0 - MIRRORED,
             reflection: Reflection::Constant(Vec3::splat(MIRRORED)),
             ..Material::default()
         };
-        let work = Work::of_meshes(meshes?, instances.collect(), view, mirror)
-            .map_err(|what| Failure::Input(format!("{}: {what}", folder.display())))?;
-        let light = DVec3::from(manifest.light) - view.origin;
+        let work = Work::of_meshes(meshes, instances, view, mirror)?;
         let mut frame = work.frame.clone();
         frame.max_generations = GENERATIONS;
         frame.lights.push(Light {
@@ -109,7 +120,7 @@ impl Stage {
             kind: LightKind::Point { position: light },
         });
         Ok(Self {
-            name: manifest.scene,
+            name,
             work,
             frame,
             light,
