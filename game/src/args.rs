@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use glam::UVec2;
+use orrery_engine::frame::Skip;
 use orrery_engine::frame::wire::{GENERATIONS_CAPACITY, SAMPLES_CAPACITY};
 use orrery_engine::input::KeyMap;
 use orrery_engine::trace::Level;
@@ -226,10 +227,14 @@ pub struct Common {
     /// relatively; elsewhere one. Without a number: 0.1.
     #[arg(long, global = true, value_name = "CONTRAST", num_args = 0..=1, require_equals = true, default_missing_value = "0.1", value_parser = contrast)]
     pub adaptive: Option<f32>,
-    /// Leave out reflected and refracted rays too faint to matter: the largest error that this may cause in a
-    /// pixel, in linear light; 0 leaves out none. First samples of adaptive pictures leave out none.
+    /// Leave out shadow, reflected and refracted rays too faint to matter: the largest error that all of them together may
+    /// cause in a pixel, in linear light (0.002 is half a step of 8 bits); 0 leaves out none. First samples of adaptive
+    /// pictures leave out none.
     #[arg(long, global = true, value_name = "E", default_value_t = 0.0, value_parser = cutoff)]
     pub cutoff: f32,
+    /// Do without these ways to leave out what no picture shows, to see what they are worth; `--help` has them all.
+    #[arg(long, global = true, value_name = "SKIP", value_delimiter = ',', long_help = without_help())]
+    pub without: Vec<Skip>,
     /// Playing and rendering: write when every system and pass of every frame ran, and for how long, as
     /// .csv or .json. In a window a GPU's pass is that of the last picture that has come back.
     #[arg(long, global = true, value_name = "FILE")]
@@ -250,6 +255,14 @@ pub enum BackendChoice {
     Cpu,
     /// One slow, obvious f64 tracer.
     Reference,
+}
+
+fn without_help() -> String {
+    let mut help = "Do without these ways to leave out what no picture shows, to see what they are worth. The picture is the same (to the roundings of another kernel, and to `--cutoff`); the profiler of a window counts what each saves.\n".to_owned();
+    for skip in Skip::ALL {
+        help.push_str(&format!("\n{:<13} {}", skip.name(), skip.about()));
+    }
+    help
 }
 
 fn size(text: &str) -> Result<UVec2, String> {

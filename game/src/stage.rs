@@ -4,7 +4,7 @@ use std::path::Path;
 
 use glam::UVec2;
 use orrery_engine::Engine;
-use orrery_engine::frame::{FrameScene, TraceSettings, View};
+use orrery_engine::frame::{FrameScene, Skips, TraceSettings, View};
 use orrery_engine::import::{Cache, Loader, user_folder};
 use orrery_engine::profile::Profile;
 use orrery_engine::time::{Clock, Time};
@@ -85,6 +85,11 @@ pub fn settings(common: &Common, size: UVec2) -> TraceSettings {
         cutoff: common.cutoff,
         max_generations: common.depth,
         count_rays: false,
+        skips: common
+            .without
+            .iter()
+            .copied()
+            .fold(Skips::ALL, Skips::without),
         ..TraceSettings::default()
     }
 }

@@ -9,3 +9,7 @@ var<private> shadow_rays: u32;
 var<private> media_overflows: u32;
 var<private> straight_overflows: u32;
 var<private> dropped_rays: u32;
+var<private> away_shadows: u32;
+var<private> black_shadows: u32;
+var<private> faint_shadows: u32;
+var<private> weightless_rays: u32;

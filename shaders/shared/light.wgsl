@@ -9,7 +9,10 @@
 #import orrery::slab::FARTHEST
 #import orrery::surface::{Surface, excluded_row, origin_towards}
 #import orrery::traverse::{Probe, UNTIL_ANY, UNTIL_OPAQUE, key_after, key_before, trace}
-#import orrery::counters::shadow_rays
+#import orrery::counters::{away_shadows, black_shadows, faint_shadows, shadow_rays}
+#ifdef SKIPS_FAINT_LIGHTS
+#import orrery::cutoff::buys
+#endif
 #ifdef TINTED
 #import orrery::look::tint
 #endif
@@ -31,10 +34,11 @@ struct Beam {
     distance: f32,
 }
 
-// Emission, and what every light adds, seen along `dir`.
+// Emission, and what every light adds, seen along `dir` by a ray of this weight.
 fn local_light(
     surface: Surface,
     dir: vec3f,
+    weight: vec3f,
 #ifdef ABSORPTION
     media: Media,
 #endif
@@ -48,7 +52,10 @@ fn local_light(
 #endif
     var sum = color * (material.emission * opaque);
     if material.diffuse * opaque == 0.0 && material.phong_strength == 0.0 && material.specular_strength == 0.0 {
+#ifdef SKIPS_BLACK
+        black_shadows += view.light_count;
         return sum;
+#endif
     }
     for (var index = 0u; index < view.light_count; index++) {
         let light = lights[index];
@@ -59,14 +66,31 @@ fn local_light(
         // A curved surface faces the light where its normal does, whatever its triangle does.
         is_away = is_away && !surface.is_curved;
 #endif
+        var strength = vec3f(0.0);
+        var answer = vec3f(0.0);
         if cosine < LEAST_COSINE || is_away {
+#ifdef SKIPS_AWAY
+            away_shadows += 1u;
             continue;
-        }
-        let strength = beam_strength(light, beam);
-        let answer = color * (material.diffuse * opaque * cosine)
-            + vec3f(highlights(material, surface.n_shade, dir, beam.dir));
-        if all(strength == vec3f(0.0)) || all(answer == vec3f(0.0)) {
-            continue;
+#endif
+        } else {
+            strength = beam_strength(light, beam);
+            answer = color * (material.diffuse * opaque * cosine)
+                + vec3f(highlights(material, surface.n_shade, dir, beam.dir));
+#ifdef SKIPS_BLACK
+            if all(strength == vec3f(0.0)) || all(answer == vec3f(0.0)) {
+                black_shadows += 1u;
+                continue;
+            }
+#endif
+#ifdef SKIPS_FAINT_LIGHTS
+            // Shadows take light away, and add none.
+            let most = abs(weight * strength * answer);
+            if buys(max(most.x, max(most.y, most.z))) {
+                faint_shadows += 1u;
+                continue;
+            }
+#endif
         }
 #ifdef ABSORPTION
         sum += shadow(surface, light, beam.dir, media) * strength * answer;

@@ -19,7 +19,10 @@
 #ifdef REFLECTION
 #import orrery::counters::reflected_rays
 #endif
-#ifdef CUTOFF
+#ifdef SCATTERS
+#import orrery::counters::weightless_rays
+#endif
+#ifdef SKIPS_FAINT_RAYS
 #import orrery::counters::dropped_rays
 #import orrery::cutoff::{buys, most_added}
 #endif
@@ -126,9 +129,9 @@ fn radiance(camera_ray: Travel) -> vec3f {
 #endif
 #endif
 #ifdef ABSORPTION
-            sum += ray.weight * local_light(surface, ray.dir, ray.media);
+            sum += ray.weight * local_light(surface, ray.dir, ray.weight, ray.media);
 #else
-            sum += ray.weight * local_light(surface, ray.dir);
+            sum += ray.weight * local_light(surface, ray.dir, ray.weight);
 #endif
 #ifdef SCATTERS
             let scattered = scatter(ray, surface);
@@ -199,7 +202,7 @@ fn scatter(ray: Travel, surface: Surface) -> Scattered {
         reflected = vec3f(1.0);
         passed = vec3f(0.0);
     }
-#ifdef CUTOFF
+#ifdef SKIPS_FAINT_RAYS
     let kept = affordable(ray, reflected, passed, is_straight);
     reflected *= kept.x;
     passed *= kept.y;
@@ -224,7 +227,7 @@ fn scatter(ray: Travel, surface: Surface) -> Scattered {
     return out;
 }
 
-#ifdef CUTOFF
+#ifdef SKIPS_FAINT_RAYS
 // 0 for the mirrored ray (x) and for the one that passes (y) if it is left out, else 1. The cheaper one is
 // offered first: more are left out that way.
 fn affordable(ray: Travel, reflected: vec3f, passed: vec3f, is_straight: bool) -> vec2f {
@@ -260,9 +263,18 @@ fn crossing_ratio(ray: Travel, surface: Surface, material: MaterialRow) -> f32 {
 #endif
 }
 
-// Rays past the last generation are black, rays without weight too.
+// Rays past the last generation are black; of rays without weight the pixel takes nothing.
 fn may_spawn(ray: Travel, weight: vec3f) -> bool {
-    return ray.generation < view.max_generations && any(weight != vec3f(0.0));
+    if ray.generation >= view.max_generations {
+        return false;
+    }
+#ifdef SKIPS_WEIGHTLESS
+    if all(weight == vec3f(0.0)) {
+        weightless_rays += 1u;
+        return false;
+    }
+#endif
+    return true;
 }
 
 // A ray of the next generation.

@@ -21,6 +21,10 @@ var<workgroup> group_primary: atomic<u32>;
 var<workgroup> group_reflected: atomic<u32>;
 var<workgroup> group_refracted: atomic<u32>;
 var<workgroup> group_shadow: atomic<u32>;
+var<workgroup> group_away: atomic<u32>;
+var<workgroup> group_black: atomic<u32>;
+var<workgroup> group_faint: atomic<u32>;
+var<workgroup> group_weightless: atomic<u32>;
 #endif
 
 // Counts the rays of a sample, where anybody asks, and what did not fit, which is told always: that is rare, and goes straight
@@ -31,7 +35,11 @@ fn count_rays() {
     atomicAdd(&group_reflected, tally::reflected_rays);
     atomicAdd(&group_refracted, tally::refracted_rays);
     atomicAdd(&group_shadow, tally::shadow_rays);
-#ifdef CUTOFF
+    atomicAdd(&group_away, tally::away_shadows);
+    atomicAdd(&group_black, tally::black_shadows);
+    atomicAdd(&group_faint, tally::faint_shadows);
+    atomicAdd(&group_weightless, tally::weightless_rays);
+#ifdef SKIPS_FAINT_RAYS
     if tally::dropped_rays > 0u {
         atomicAdd(&report.counters.dropped_rays, tally::dropped_rays);
     }
@@ -56,6 +64,10 @@ fn add_up(lane: u32) {
         atomicAdd(&report.counters.reflected_rays, atomicLoad(&group_reflected));
         atomicAdd(&report.counters.refracted_rays, atomicLoad(&group_refracted));
         atomicAdd(&report.counters.shadow_rays, atomicLoad(&group_shadow));
+        atomicAdd(&report.counters.away_shadows, atomicLoad(&group_away));
+        atomicAdd(&report.counters.black_shadows, atomicLoad(&group_black));
+        atomicAdd(&report.counters.faint_shadows, atomicLoad(&group_faint));
+        atomicAdd(&report.counters.weightless_rays, atomicLoad(&group_weightless));
     }
 #endif
 }

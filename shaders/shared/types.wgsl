@@ -183,6 +183,10 @@ struct CounterRow {
     straight_overflows: atomic<u32>,
     dropped_rays: atomic<u32>,
     edge_pixels: atomic<u32>,
+    away_shadows: atomic<u32>,
+    black_shadows: atomic<u32>,
+    faint_shadows: atomic<u32>,
+    weightless_rays: atomic<u32>,
 }
 
 struct StageRow {

@@ -150,6 +150,10 @@ fn rust_layouts() -> BTreeMap<&'static str, Layout> {
             straight_overflows,
             dropped_rays,
             edge_pixels,
+            away_shadows,
+            black_shadows,
+            faint_shadows,
+            weightless_rays,
         }),
         layout_of!(StageRow {
             first,

@@ -3,6 +3,7 @@
 use bevy_ecs::prelude::*;
 
 use super::theme;
+use crate::frame::Skip;
 use crate::profile::Profile;
 
 /// The panel at the bottom.
@@ -116,18 +117,18 @@ fn counters(ui: &mut egui::Ui, profile: &Profile) {
         ("refracted rays", counters.refracted_rays),
         ("shadow rays", counters.shadow_rays),
         ("pixels on edges", counters.edge_pixels),
-        ("rays too faint to follow", counters.dropped_rays),
         ("bytes uploaded", counters.bytes_uploaded),
         ("instance tree's nodes written", counters.tree_nodes),
         ("trees updated", counters.trees_updated),
         ("media that did not fit", counters.media_overflows),
         ("straight rays ended", counters.straight_overflows),
     ];
+    let saved = Skip::ALL.map(|skip| (skip.saved(), counters.saved(skip)));
     egui::Grid::new("counters")
         .num_columns(2)
         .spacing([16.0, 3.0])
         .show(ui, |ui| {
-            for (name, count) in rows {
+            for (name, count) in rows.into_iter().chain(saved) {
                 ui.label(theme::faint(name));
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     ui.label(egui::RichText::new(grouped(count)).monospace());

@@ -7,6 +7,7 @@ mod overview;
 mod samples;
 mod scene;
 mod settings;
+mod skips;
 pub mod wire;
 
 pub use features::{Features, NamedFeature};
@@ -14,6 +15,7 @@ pub use kernels::{BoxTest, FIXED_OFFSET, Kernels, Offset, TriangleTest};
 pub use samples::sample_offset;
 pub use scene::{FrameScene, Instance, Light, LightKind, Shape, View, ViewProjection};
 pub use settings::TraceSettings;
+pub use skips::{Skip, Skips};
 
 use crate::app::Engine;
 

@@ -3,7 +3,7 @@
 use bevy_ecs::prelude::*;
 use glam::UVec2;
 
-use super::Kernels;
+use super::{Kernels, Skips};
 
 /// Settings of a run.
 #[derive(Resource, Clone, Copy, Debug, PartialEq)]
@@ -26,8 +26,11 @@ pub struct TraceSettings {
     pub max_generations: Option<u32>,
     /// The arithmetic of the f32 tracers; the robust forms unless something is measured against them.
     pub kernels: Kernels,
-    /// Largest error that leaving out reflected and refracted rays may cause in a pixel, in linear light before exposure,
-    /// a channel; higher is faster. 0 leaves out nothing. First samples of adaptive pictures leave out nothing, so that the
+    /// What is left out because no picture shows it: all of it, unless somebody wants to know what that is worth.
+    pub skips: Skips,
+    /// Largest error that leaving out shadow, reflected and refracted rays may cause in a pixel, in linear light before
+    /// exposure, a channel: of all of them together, however many lights there are. 0.002 is half a step of 8 bits of linear
+    /// light; higher is faster. 0 leaves out nothing. First samples of adaptive pictures leave out nothing, so that the
     /// same pixels take more; nor does the f64 reference. (Besides, sums round otherwise where terms are missing.)
     pub cutoff: f32,
     /// Rays are counted by kind, and those left out: on a GPU that takes a kernel of its own, and time, so those who read no
@@ -52,6 +55,7 @@ impl Default for TraceSettings {
             refine_by: 1,
             max_generations: None,
             kernels: Kernels::default(),
+            skips: Skips::ALL,
             // A bound in linear light would say nothing of a dim scene that exposure lifts.
             cutoff: 0.0,
             count_rays: true,

@@ -379,4 +379,12 @@ pub struct CounterRow {
     pub dropped_rays: u32,
     /// Pixels that differ from a neighbour and take more samples.
     pub edge_pixels: u32,
+    /// Shadow rays left out to lights that the surface faces away from.
+    pub away_shadows: u32,
+    /// Those left out where nothing could come back.
+    pub black_shadows: u32,
+    /// Those left out for light too faint to matter.
+    pub faint_shadows: u32,
+    /// Reflected and refracted rays left out for their weight of 0.
+    pub weightless_rays: u32,
 }

@@ -26,8 +26,8 @@
 //!    the followed subtree ends before it is taken up, so one slot a generation is enough: the stack
 //!    cannot overflow. (Straight-through and reflection: the straight one is deferred.)
 //! 6. A ray past the last generation is black; a miss sees the background.
-//! 7. With a cut-off, a ray too faint to matter is not followed, within a proven bound on the pixel's error (Hall and
-//!    Greenberg 1983; `cpu/cutoff.rs`). The reference follows every ray.
+//! 7. With a cut-off, a ray too faint to matter is not followed, and a light too faint to matter not asked for, within a proven
+//!    bound on the pixel's error (Hall and Greenberg 1983; `cpu/cutoff.rs`). The reference follows every ray.
 
 mod choose;
 pub mod cpu;
@@ -50,7 +50,7 @@ use std::sync::Arc;
 
 use glam::{UVec2, Vec3};
 
-use crate::frame::{FrameScene, TraceSettings};
+use crate::frame::{FrameScene, Skip, TraceSettings};
 
 /// Which tracer.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -159,6 +159,20 @@ pub struct Counters {
     pub edge_pixels: u64,
     /// Reflected and refracted rays left out for being too faint to matter.
     pub dropped_rays: u64,
+    /// Shadow rays left out to lights that the surface faces away from.
+    pub away_shadows: u64,
+    /// Shadow rays left out where nothing could come back.
+    pub black_shadows: u64,
+    /// Shadow rays left out for light too faint to matter.
+    pub faint_shadows: u64,
+    /// Reflected and refracted rays left out for their weight of 0.
+    pub weightless_rays: u64,
+    /// Samples that the picture has from frames before, where this one traced none.
+    pub kept_samples: u64,
+    /// Bytes that a device has already, and was not brought for this frame.
+    pub bytes_kept: u64,
+    /// Features that the scene does without and a device's kernels do not have.
+    pub missing_features: u64,
     /// Bytes written to the tracer's buffers for this frame.
     pub bytes_uploaded: u64,
     /// Trees built or refitted for this frame.
@@ -180,6 +194,13 @@ impl std::ops::Add for Counters {
             straight_overflows: self.straight_overflows + other.straight_overflows,
             edge_pixels: self.edge_pixels + other.edge_pixels,
             dropped_rays: self.dropped_rays + other.dropped_rays,
+            away_shadows: self.away_shadows + other.away_shadows,
+            black_shadows: self.black_shadows + other.black_shadows,
+            faint_shadows: self.faint_shadows + other.faint_shadows,
+            weightless_rays: self.weightless_rays + other.weightless_rays,
+            kept_samples: self.kept_samples + other.kept_samples,
+            bytes_kept: self.bytes_kept + other.bytes_kept,
+            missing_features: self.missing_features + other.missing_features,
             bytes_uploaded: self.bytes_uploaded + other.bytes_uploaded,
             trees_updated: self.trees_updated + other.trees_updated,
             tree_nodes: self.tree_nodes + other.tree_nodes,
@@ -191,6 +212,20 @@ impl Counters {
     /// Rays of every kind.
     pub fn rays(&self) -> u64 {
         self.primary_rays + self.reflected_rays + self.refracted_rays + self.shadow_rays
+    }
+
+    /// What leaving something out has saved.
+    pub fn saved(&self, skip: Skip) -> u64 {
+        match skip {
+            Skip::Kernels => self.missing_features,
+            Skip::Away => self.away_shadows,
+            Skip::Black => self.black_shadows,
+            Skip::FaintLights => self.faint_shadows,
+            Skip::FaintRays => self.dropped_rays,
+            Skip::Weightless => self.weightless_rays,
+            Skip::Still => self.kept_samples,
+            Skip::Uploads => self.bytes_kept,
+        }
     }
 }
 

@@ -37,9 +37,10 @@ use self::rows::{light_row, material_row, view_row};
 use super::PassTime;
 use crate::bvh::{Node4, Rebuilder, TreeAction};
 use crate::frame::wire::{
-    GENERATIONS_CAPACITY, InstanceRow, LightRow, MATERIAL_TRANSMITS, MaterialRow, NONE, ViewRow,
+    GENERATIONS_CAPACITY, InstanceRow, LightRow, MATERIAL_TRANSMITS, MaterialRow, NONE,
+    PlacedTriangleRow, VertexRow, ViewRow,
 };
-use crate::frame::{Features, FrameScene, Kernels, TraceSettings};
+use crate::frame::{Features, FrameScene, Kernels, Skips, TraceSettings};
 use crate::world::Changes;
 
 /// Rows from which a device builds the tree over instances that move: a device's passes have a price that does not
@@ -53,6 +54,8 @@ pub struct PackedScene {
     pub view: ViewRow,
     /// The arithmetic of the next picture.
     pub kernels: Kernels,
+    /// What of the next picture is left out.
+    pub skips: Skips,
     /// Materials.
     pub materials: DirtyRows<MaterialRow>,
     /// Lights.
@@ -222,9 +225,11 @@ impl PackedScene {
             || !changed_meshes.is_empty()
             || view != self.view
             || settings.kernels != self.kernels
+            || settings.skips != self.skips
             || self.features != scene.features;
         self.view = view;
         self.kernels = settings.kernels;
+        self.skips = settings.skips;
         self.features = scene.features;
         self.has_looks = scene.features.textures || scene.features.vertex_colors;
         self.has_cutouts = scene.features.cutouts;
@@ -335,6 +340,17 @@ impl PackedScene {
             + bytes_of::<LightRow>(&self.lights.take_dirty())
             + bytes_of::<InstanceRow>(&self.instances.rows.take_dirty())
             + bytes_of::<Node4>(&self.instances.take_stale_nodes())
+    }
+
+    /// Bytes that a device's copy of rows and trees takes, textures aside.
+    pub fn bytes(&self) -> u64 {
+        let all = |rows: u32| 0..rows;
+        bytes_of::<Node4>(&[all(self.arenas.nodes.len())])
+            + bytes_of::<PlacedTriangleRow>(&[all(self.arenas.triangles.len())])
+            + bytes_of::<VertexRow>(&[all(self.arenas.vertices.len())])
+            + bytes_of::<InstanceRow>(&[all(self.instances.rows.len() as u32)])
+            + bytes_of::<MaterialRow>(&[all(self.materials.len() as u32)])
+            + bytes_of::<LightRow>(&[all(self.lights.len() as u32)])
     }
 
     /// Nodes of the tree over instances, root first; none: there is nothing but planes.

@@ -4,8 +4,8 @@
 //! fewer than `TraceSettings::refine_to`, one after the other, as a running mean; with the last one the picture is that of so many samples from the
 //! start, but for the rounding of sums. Anything that changes starts over. Both f32 tracers ask here what to do.
 
-use crate::frame::TraceSettings;
 use crate::frame::wire::{SAMPLES_CAPACITY, ViewRow};
+use crate::frame::{Skip, TraceSettings};
 
 /// What a frame has to trace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -32,6 +32,8 @@ pub struct Progress {
     limit: u32,
     /// Samples that a frame adds.
     by: u32,
+    /// What is there is traced again where nothing is due.
+    never_rests: bool,
 }
 
 impl Progress {
@@ -40,6 +42,7 @@ impl Progress {
         self.has_changed |= has_changed;
         self.limit = settings.refine_to.min(SAMPLES_CAPACITY);
         self.by = settings.refine_by.max(1);
+        self.never_rests = !settings.skips.has(Skip::Still);
     }
 
     /// What is to be traced.
@@ -54,6 +57,27 @@ impl Progress {
         } else {
             Due::Nothing
         }
+    }
+
+    /// What a frame traces, one after the other; nothing: it rests. One that never does traces again all that the picture has,
+    /// so that it is what it was.
+    pub fn steps(&self, view: &ViewRow) -> impl Iterator<Item = Due> + use<> {
+        let due = self.due();
+        let again = self.never_rests && due == Due::Nothing && self.taken > 0;
+        let by = self.taken.saturating_sub(first_samples(view));
+        let further = Due::Refinement {
+            limit: self.taken,
+            by,
+        };
+        let steps = [
+            if again { Due::Picture } else { due },
+            if again && by > 0 {
+                further
+            } else {
+                Due::Nothing
+            },
+        ];
+        steps.into_iter().filter(|step| *step != Due::Nothing)
     }
 
     /// Takes note that it was.

@@ -4,11 +4,12 @@
 //! threshold; many such ends may still add up to anything. Here each camera ray has a purse, the error it may make. A
 //! reflected or refracted ray brings back at most its weight times the bound of its generation
 //! ([`crate::frame::wire::ViewRow::bounds`]): where the purse holds that much, the ray is not followed and the
-//! purse pays. What is left out of a sample is therefore at most the purse, and of a pixel, the mean of samples, too.
+//! purse pays. A light adds at most what it does unshadowed, which is known before its shadow ray is traced: where the purse holds that, the light
+//! is left out. What is left out of a sample is therefore at most the purse, and of a pixel, the mean of samples, too.
 //! An adaptive picture takes its further samples where first samples differ: those have empty purses, so that the same
 //! pixels take them, or a pixel could change by as much as those samples are worth.
 //!
-//! Twin of `shaders/shared/cutoff.wgsl`. Called by `path.rs` at every surface that scatters.
+//! Twin of `shaders/shared/cutoff.wgsl`. Called by `light.rs` and `path.rs` at every surface.
 
 use glam::Vec3;
 

@@ -7,10 +7,12 @@ use glam::Vec3;
 
 use super::look::tint;
 use super::media::Media;
+use super::path::{Scratch, Travel};
 use super::surface::Surface;
-use super::traverse::{AnyHit, Key, Opaque, Probe, Stack, trace};
+use super::traverse::{AnyHit, Key, Opaque, Probe, trace};
+use crate::frame::Skip;
 use crate::frame::wire::{LIGHT_DIRECTIONAL, LIGHT_SPOT, LightRow, MATERIAL_TRANSMITS};
-use crate::trace::{Counters, PackedScene};
+use crate::trace::PackedScene;
 use crate::world::Fade;
 
 /// Below this cosine a light does not count (the model's own bound).
@@ -20,14 +22,14 @@ const LEAST_COSINE: f32 = 1e-10;
 /// the edge as theirs, and are crossed once.
 const ONE_CROSSING: f32 = 1.0 + 4.0 * f32::EPSILON;
 
-/// Emission, and what every light adds, seen along `dir` from within `media`.
+/// Emission, and what every light adds, seen by a ray.
 pub fn local_light(
     scene: &PackedScene,
     surface: &Surface,
-    (dir, media): (Vec3, &Media),
-    stack: &mut Stack,
-    counters: &mut Counters,
+    ray: &Travel,
+    scratch: &mut Scratch,
 ) -> Vec3 {
+    let skips = scene.skips;
     let material = surface.material;
     let color = surface.color;
     let opaque = (1.0 - material.filtered - material.transmit).max(0.0);
@@ -35,7 +37,8 @@ pub fn local_light(
     let lit = material.diffuse * opaque != 0.0
         || material.phong_strength != 0.0
         || material.specular_strength != 0.0;
-    if !lit {
+    if !lit && skips.has(Skip::Black) {
+        scratch.counters.black_shadows += scene.lights.len() as u64;
         return sum;
     }
     for light in scene.lights.iter() {
@@ -43,20 +46,32 @@ pub fn local_light(
         let cosine = surface.n_shade.dot(beam.dir);
         // A curved surface faces the light where its normal does, whatever its triangle does.
         let is_away = surface.lift.is_none() && surface.n_geom.dot(beam.dir) < LEAST_COSINE;
+        let (mut strength, mut answer) = (Vec3::ZERO, Vec3::ZERO);
         if cosine < LEAST_COSINE || is_away {
-            continue;
+            if skips.has(Skip::Away) {
+                scratch.counters.away_shadows += 1;
+                continue;
+            }
+        } else {
+            strength = beam.strength(light);
+            answer = color * (material.diffuse * opaque * cosine)
+                + highlights(surface, ray.dir, beam.dir);
+            if (strength == Vec3::ZERO || answer == Vec3::ZERO) && skips.has(Skip::Black) {
+                scratch.counters.black_shadows += 1;
+                continue;
+            }
+            if scratch.purse.holds_any() && skips.has(Skip::FaintLights) {
+                // Shadows take light away, and add none.
+                let most = (ray.weight * strength * answer).abs().max_element();
+                if scratch.purse.buys(most) {
+                    scratch.counters.faint_shadows += 1;
+                    continue;
+                }
+            }
         }
-        let strength = beam.strength(light);
-        if strength == Vec3::ZERO {
-            continue;
-        }
-        let answer =
-            color * (material.diffuse * opaque * cosine) + highlights(surface, dir, beam.dir);
-        if answer != Vec3::ZERO {
-            let towards = (light, beam.dir);
-            let passed = shadow(scene, (surface, media), towards, stack, counters);
-            sum += passed * strength * answer;
-        }
+        let towards = (light, beam.dir);
+        let passed = shadow(scene, (surface, &ray.media), towards, scratch);
+        sum += passed * strength * answer;
     }
     sum
 }
@@ -130,8 +145,9 @@ fn shadow(
     scene: &PackedScene,
     (surface, media): (&Surface, &Media),
     (light, to_light): (&LightRow, Vec3),
-    stack: &mut Stack,
-    counters: &mut Counters,
+    Scratch {
+        stack, counters, ..
+    }: &mut Scratch,
 ) -> Vec3 {
     counters.shadow_rays += 1;
     let (mut origin, start) = surface.leave_towards(to_light);

@@ -88,37 +88,24 @@ impl Tracer for CpuTracer {
     }
 
     fn render(&mut self) -> Result<(), TraceError> {
-        let due = self.progress.due();
         let start = Instant::now();
-        let canvas = self.canvas.get_or_insert_default();
-        let packed = &self.packed;
-        let name = Kernel::Whitted.name();
-        self.counters = match due {
-            Due::Nothing => Counters::default(),
-            Due::Picture => canvas.start(packed),
-            Due::Refinement { limit, by } => (0..by)
-                .map(|_| canvas.refine(packed, limit))
-                .fold(Counters::default(), |sum, counters| sum + counters),
-        };
-        if due != Due::Nothing {
-            self.passes.push(PassTime::since(name, start));
-        }
-        if due == Due::Picture && is_adaptive(&packed.view) {
-            let start = Instant::now();
-            self.counters = self.counters + canvas.antialias(packed);
-            self.passes
-                .push(PassTime::since(Kernel::Antialias.name(), start));
+        let steps: Vec<Due> = self.progress.steps(&self.packed.view).collect();
+        self.counters = self.work_done();
+        for due in &steps {
+            self.take(*due);
         }
         let rays = start.elapsed().as_secs_f64() * 1e3;
-        if due != Due::Nothing {
+        let canvas = self.canvas.get_or_insert_default();
+        if steps.is_empty() {
+            let samples = canvas.picture.pixels.len() as u64 * u64::from(self.progress.samples());
+            self.counters.kept_samples = samples;
+        } else {
             self.packed.instances.note_trace_time(rays * 1e6);
         }
-        self.timed_picture = (due == Due::Picture).then_some(PictureTime {
+        self.timed_picture = steps.contains(&Due::Picture).then_some(PictureTime {
             size: canvas.picture.size,
             rays,
         });
-        self.progress.done(due, &self.packed.view);
-        self.counters = self.counters + self.work_done();
         Ok(())
     }
 
@@ -193,6 +180,29 @@ impl CpuTracer {
                 }
             }
         });
+    }
+
+    /// Takes the picture to what is due.
+    fn take(&mut self, due: Due) {
+        let (packed, canvas) = (&self.packed, self.canvas.get_or_insert_default());
+        let start = Instant::now();
+        let mut counters = match due {
+            Due::Nothing => Counters::default(),
+            Due::Picture => canvas.start(packed),
+            Due::Refinement { limit, by } => (0..by)
+                .map(|_| canvas.refine(packed, limit))
+                .fold(Counters::default(), |sum, counters| sum + counters),
+        };
+        self.passes
+            .push(PassTime::since(Kernel::Whitted.name(), start));
+        if due == Due::Picture && is_adaptive(&packed.view) {
+            let start = Instant::now();
+            counters = counters + canvas.antialias(packed);
+            self.passes
+                .push(PassTime::since(Kernel::Antialias.name(), start));
+        }
+        self.progress.done(due, &packed.view);
+        self.counters = self.counters + counters;
     }
 
     /// What bringing rows and trees up to the frame took, rays aside.

@@ -11,6 +11,7 @@ use super::media::Media;
 use super::sky::sky;
 use super::surface::{Surface, resolve};
 use super::traverse::{Key, Nearest, Probe, Stack, Start, trace};
+use crate::frame::Skip;
 use crate::frame::wire::{
     MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, PROJECTION_PERSPECTIVE,
     STRAIGHT_CAPACITY, ViewRow,
@@ -24,12 +25,15 @@ const SAME_INDEX: f32 = 1e-6;
 #[derive(Clone, Copy)]
 pub struct Travel {
     origin: Vec3,
-    dir: Vec3,
-    weight: Vec3,
+    /// Unit.
+    pub dir: Vec3,
+    /// Its share of the pixel.
+    pub weight: Vec3,
     start: Start,
     generation: u32,
     straight: u32,
-    media: Media,
+    /// What it is inside of.
+    pub media: Media,
     /// Of its cone where it starts: as wide as a pixel, and as wide again each time it has gone as far. Mirrors and
     /// boundaries count as flat.
     width: f32,
@@ -75,9 +79,11 @@ fn cone_spread(view: &ViewRow) -> f32 {
 /// What a worker keeps from ray to ray.
 #[derive(Default)]
 pub struct Scratch {
-    stack: Stack,
+    /// Of traversals.
+    pub stack: Stack,
     deferred: Vec<Travel>,
-    purse: Purse,
+    /// What this camera ray may still leave out.
+    pub purse: Purse,
     /// What its rays added up.
     pub counters: Counters,
 }
@@ -116,14 +122,7 @@ pub fn radiance(
         surface.width = ray.width + spread * found.key.t;
         let width = surface.width;
         appear(scene, &found, &mut surface, ray.dir, width);
-        let light = local_light(
-            scene,
-            &surface,
-            (ray.dir, &ray.media),
-            &mut scratch.stack,
-            &mut scratch.counters,
-        );
-        sum += ray.weight * light;
+        sum += ray.weight * local_light(scene, &surface, &ray, scratch);
         let (followed, deferred) = scatter(scene, &ray, &surface, scratch);
         next = followed;
         scratch.deferred.extend(deferred);
@@ -167,7 +166,7 @@ fn scatter(
     if matches!(bent, Bent::TotallyReflected) {
         (reflected, passed) = (Vec3::ONE, Vec3::ZERO);
     }
-    if scratch.purse.holds_any() {
+    if scratch.purse.holds_any() && scene.skips.has(Skip::FaintRays) {
         let is_straight = matches!(bent, Bent::Straight);
         leave_out_faint(
             scene,
@@ -184,7 +183,7 @@ fn scatter(
         match bent {
             Bent::Straight => transmitted = straight_on(ray, surface, passed, counters),
             Bent::Refracted(dir) => {
-                if let Some(mut onward) = spawn(scene, ray, surface, dir, passed) {
+                if let Some(mut onward) = spawn(scene, ray, surface, (dir, passed), counters) {
                     if !onward.media.cross(surface.start.id, material.ior) {
                         counters.media_overflows += 1;
                     }
@@ -197,7 +196,8 @@ fn scatter(
     }
     let mut mirrored = None;
     if reflected.max_element() > 0.0 {
-        mirrored = spawn(scene, ray, surface, mirror(ray.dir, surface), reflected);
+        let dir = mirror(ray.dir, surface);
+        mirrored = spawn(scene, ray, surface, (dir, reflected), counters);
         counters.reflected_rays += u64::from(mirrored.is_some());
     }
     match (mirrored, transmitted) {
@@ -243,17 +243,24 @@ fn leave_out_faint(
     }
 }
 
-/// A ray of the next generation; none past the last one (black).
+/// A ray of the next generation; none past the last one (black), nor one of which the pixel takes nothing.
 fn spawn(
     scene: &PackedScene,
     ray: &Travel,
     surface: &Surface,
-    dir: Vec3,
-    factor: Vec3,
+    (dir, factor): (Vec3, Vec3),
+    counters: &mut Counters,
 ) -> Option<Travel> {
+    if ray.generation >= scene.view.max_generations {
+        return None;
+    }
     let weight = ray.weight * factor;
+    if weight == Vec3::ZERO && scene.skips.has(Skip::Weightless) {
+        counters.weightless_rays += 1;
+        return None;
+    }
     let (origin, start) = surface.leave_towards(dir);
-    (ray.generation < scene.view.max_generations && weight != Vec3::ZERO).then_some(Travel {
+    Some(Travel {
         origin,
         dir,
         weight,

@@ -81,7 +81,9 @@ pub fn general(special: Specialisation) -> Specialisation {
     Specialisation {
         cutoff: true,
         counts: true,
-        ..Specialisation::new(Features::all(), GENERAL_GENERATIONS).with(special.kernels)
+        ..Specialisation::new(Features::all(), GENERAL_GENERATIONS)
+            .with(special.kernels)
+            .skipping(special.skips)
     }
 }
 

@@ -12,7 +12,7 @@ use naga_oil::compose::{
 };
 
 use crate::frame::wire::{GENERATIONS_CAPACITY, TRAVERSAL_CAPACITY};
-use crate::frame::{BoxTest, Features, Kernels, Offset, TriangleTest};
+use crate::frame::{BoxTest, Features, Kernels, Offset, Skip, Skips, TriangleTest};
 
 /// A kernel: a file of `shaders/` with one entry point of the same name.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
@@ -123,7 +123,7 @@ macro_rules! shared {
 /// `shaders/shared`, each after what it imports.
 const SHARED: [(&str, &str); 30] = shared![
     "types", "scene", "affine", "slab", "triangle", "sphere", "cuboid", "disc", "cone", "torus",
-    "texture", "look", "traverse", "surface", "appear", "counters", "media", "light", "cutoff",
+    "texture", "look", "traverse", "surface", "appear", "counters", "media", "cutoff", "light",
     "trig", "sky", "path", "pixel", "picture", "boxes", "stage", "jobs", "fit", "build", "digits",
 ];
 
@@ -141,8 +141,10 @@ pub struct Specialisation {
     pub deferred_slots: u32,
     /// Room for nodes that a ray has yet to look into; see [`Specialisation::with_stack`].
     pub stack: u32,
-    /// Rays too faint to matter are left out.
+    /// There is a cut-off: what is too faint to matter is left out.
     pub cutoff: bool,
+    /// What is left out, as far as kernels go.
+    pub skips: Skips,
     /// Rays are counted by kind.
     pub counts: bool,
 }
@@ -158,6 +160,7 @@ impl Specialisation {
             deferred_slots: slots.next_power_of_two(),
             stack: 0,
             cutoff: false,
+            skips: Skips::ALL,
             counts: false,
         }
         .with_stack(TRAVERSAL_CAPACITY)
@@ -174,11 +177,22 @@ impl Specialisation {
     /// Whether a kernel of this traces all that one of the other would.
     pub fn covers(&self, other: &Self) -> bool {
         self.kernels == other.kernels
+            && self.skips == other.skips
             && self.features.covers(&other.features)
             && self.deferred_slots >= other.deferred_slots
             && self.stack >= other.stack
             && (self.cutoff || !other.cutoff)
             && (self.counts || !other.counts)
+    }
+
+    /// The same with these left out; what is none of a kernel's business makes no other one.
+    #[must_use]
+    pub fn skipping(self, skips: Skips) -> Self {
+        let elsewhere = [Skip::Kernels, Skip::Still, Skip::Uploads];
+        Self {
+            skips: elsewhere.into_iter().fold(skips, Skips::with),
+            ..self
+        }
     }
 
     /// The same with this arithmetic.
@@ -189,13 +203,21 @@ impl Specialisation {
 
     fn definitions(self) -> HashMap<String, ShaderDefValue> {
         let (f, k) = (self.features, self.kernels);
+        let scatters = f.reflection || f.transmission;
+        let faint_lights = self.cutoff && self.skips.has(Skip::FaintLights);
+        let faint_rays = self.cutoff && scatters && self.skips.has(Skip::FaintRays);
         let flags = [
             // Total internal reflection mirrors where nothing else does.
-            ("REFLECTION", f.reflection || f.transmission),
+            ("REFLECTION", scatters),
             ("TRANSMISSION", f.transmission),
-            ("SCATTERS", f.reflection || f.transmission),
+            ("SCATTERS", scatters),
             ("DEFERS", f.reflection && f.transmission),
-            ("CUTOFF", self.cutoff && (f.reflection || f.transmission)),
+            ("CUTOFF", faint_lights || faint_rays),
+            ("SKIPS_FAINT_LIGHTS", faint_lights),
+            ("SKIPS_FAINT_RAYS", faint_rays),
+            ("SKIPS_AWAY", self.skips.has(Skip::Away)),
+            ("SKIPS_BLACK", self.skips.has(Skip::Black)),
+            ("SKIPS_WEIGHTLESS", self.skips.has(Skip::Weightless)),
             ("COUNTS", self.counts),
             ("SMOOTH_NORMALS", f.smooth_normals),
             ("MESHES", f.meshes),

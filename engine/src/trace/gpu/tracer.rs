@@ -14,7 +14,7 @@ use super::report::Reports;
 use super::shader::{Kernel, Specialisation};
 use super::trees::{DeviceTrees, Plan};
 use super::upload::SceneOnDevice;
-use crate::frame::{FrameScene, TraceSettings};
+use crate::frame::{Features, FrameScene, Skip, TraceSettings};
 use crate::trace::progress::{Due, Progress};
 use crate::trace::{
     Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, PictureTime, Query,
@@ -90,6 +90,11 @@ impl GpuTracer {
             bytes_uploaded: self.counters.bytes_uploaded,
             trees_updated: self.counters.trees_updated,
             tree_nodes: self.counters.tree_nodes,
+            bytes_kept: self.counters.bytes_kept,
+            missing_features: self.counters.missing_features,
+            kept_samples: self.canvas.as_ref().map_or(0, |canvas| {
+                u64::from(canvas.size.element_product()) * u64::from(self.progress.samples())
+            }),
             ..Counters::default()
         };
         self.device_millis = None;
@@ -148,6 +153,11 @@ impl GpuTracer {
                 straight_overflows: u64::from(counters.straight_overflows),
                 dropped_rays: u64::from(counters.dropped_rays),
                 edge_pixels: u64::from(counters.edge_pixels),
+                away_shadows: u64::from(counters.away_shadows),
+                black_shadows: u64::from(counters.black_shadows),
+                faint_shadows: u64::from(counters.faint_shadows),
+                weightless_rays: u64::from(counters.weightless_rays),
+                kept_samples: 0,
                 ..self.counters
             };
         }
@@ -177,6 +187,9 @@ impl Tracer for GpuTracer {
         self.host_passes
             .push(PassTime::since("rows and instance tree", start));
         self.host_passes.push(self.packed.tree_time());
+        if !settings.skips.has(Skip::Uploads) {
+            self.packed.lose_copy();
+        }
         let start = Instant::now();
         let written = self.write_changes().map_err(|error| {
             // Whatever did get there, the next frame brings everything.
@@ -185,10 +198,17 @@ impl Tracer for GpuTracer {
         })?;
         self.host_passes.push(PassTime::since("upload", start));
         self.counters.bytes_uploaded = written;
+        self.counters.bytes_kept = self.packed.bytes().saturating_sub(written);
         self.counters.trees_updated = self.packed.trees_updated;
         self.counters.tree_nodes = self.packed.tree_nodes_written();
         let generations = self.packed.view.max_generations;
         let mut features = scene.features;
+        let missing = Features::NAMED.len() - features.count();
+        self.counters.missing_features = missing as u64;
+        if !settings.skips.has(Skip::Kernels) {
+            features = Features::all();
+            self.counters.missing_features = 0;
+        }
         let has_texels = self.on_device.texels.group.is_some();
         features.textures &= has_texels;
         features.panorama &= has_texels;
@@ -197,7 +217,10 @@ impl Tracer for GpuTracer {
         let special = Specialisation {
             cutoff: self.packed.view.cutoff > 0.0,
             counts: settings.count_rays,
-            ..special.with(settings.kernels).with_stack(self.stack_need)
+            ..special
+                .with(settings.kernels)
+                .skipping(settings.skips)
+                .with_stack(self.stack_need)
         };
         if self.special.replace(special) != Some(special) {
             self.pace.forget();
@@ -208,26 +231,25 @@ impl Tracer for GpuTracer {
     fn render(&mut self) -> Result<(), TraceError> {
         let special = self.special.ok_or_else(nothing_uploaded)?;
         let view = self.packed.view;
-        let due = self.progress.due();
+        let steps: Vec<Due> = self.progress.steps(&view).collect();
         self.timed_picture = None;
         if self.reports.is_waiting() {
             // Reports of earlier pictures; an error here shows in `check` below.
             let _ = self.gpu.device.poll(wgpu::PollType::Poll);
             self.take_report();
-        } else if due == Due::Nothing {
+        } else if steps.is_empty() {
             self.rest();
         }
-        if due == Due::Nothing {
-            return self.gpu.check();
+        for &due in &steps {
+            let traced = self.bring_to(due, special, &view);
+            if traced.is_err() {
+                // What there is, if anything, is not to be refined.
+                self.progress.lose();
+            }
+            traced?;
+            self.progress.done(due, &view);
         }
-        let traced = self.bring_to(due, special, &view);
-        if traced.is_err() {
-            // What there is, if anything, is not to be refined.
-            self.progress.lose();
-        }
-        traced?;
-        self.progress.done(due, &view);
-        Ok(())
+        self.gpu.check()
     }
 
     fn picture(&mut self) -> Result<Picture, TraceError> {
