@@ -165,6 +165,7 @@ fn skips_change_no_picture() {
     for feature in ["transmission", "meshes", "textures"] {
         assert!(value(&report, &format!("without.{feature}.general")) > 0.0);
     }
+    assert!(value(&report, "left_out.away.rays") > 0.0);
     expect(&["bench", "skips", "--backend", "cpu"], 2, &["GPU"]);
 }
 

@@ -2,14 +2,16 @@
 //!
 //! For each feature, a scene without it under the pipeline made for that scene, under one that has that feature too, and
 //! under the general one, which has all. For three kinds of scenes, the pipeline made for them beside a minimal kernel
-//! written by hand for nothing else. All take turns in one run; their pictures are the same.
+//! written by hand for nothing else. For each kind of ray that is left out, the demo without and with it. All take turns in one
+//! run; their pictures are the same.
 
+mod left_out;
 mod scenes;
 
 use std::sync::Arc;
 
 use glam::{UVec2, Vec3};
-use orrery_engine::frame::{Features, FrameScene, NamedFeature, TraceSettings};
+use orrery_engine::frame::{Features, FrameScene, NamedFeature, Skip, Skips, TraceSettings};
 use orrery_engine::trace::gpu::{AdapterChoice, Gpu, GpuTracer, HandKernel};
 use orrery_engine::trace::{Picture, Tracer};
 
@@ -44,6 +46,28 @@ const BY_HAND_TARGET: f64 = 1.05;
 struct Way {
     features: Features,
     by_hand: Option<HandKernel>,
+    skips: Skips,
+    cutoff: f32,
+}
+
+impl Way {
+    /// With our own kernel for these, all that may be left out left out.
+    fn of(features: Features) -> Self {
+        Self {
+            features,
+            by_hand: None,
+            skips: Skips::ALL,
+            cutoff: 0.0,
+        }
+    }
+
+    fn settings(&self, settings: &TraceSettings) -> TraceSettings {
+        TraceSettings {
+            skips: self.skips,
+            cutoff: self.cutoff,
+            ..*settings
+        }
+    }
 }
 
 /// Measures on the device that `--adapter` names.
@@ -64,7 +88,8 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
     let mut tracer = GpuTracer::new(gpu)?;
     let device = tracer.device();
     let mut rows = Vec::new();
-    let bar = progress((Kind::ALL.len() + Features::NAMED.len()) as u64, "skips");
+    let count = Kind::ALL.len() + Features::NAMED.len() + left_out::OF_RAYS.len();
+    let bar = progress(count as u64, "skips");
     for kind in Kind::ALL {
         rows.extend(run.kind_rows(kind, &mut tracer)?);
         bar.inc(1);
@@ -75,6 +100,13 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         }
         bar.inc(1);
     }
+    let scene = left_out::scene(&run, common)?;
+    for skip in left_out::OF_RAYS {
+        if !request.small || skip == Skip::Away {
+            rows.extend(left_out::rows(&run, skip, &scene, &mut tracer)?);
+        }
+        bar.inc(1);
+    }
     bar.finish_and_clear();
     let size = run.settings.size;
     Ok(Report {
@@ -82,6 +114,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
         remarks: vec![
             format!("{}x{}, the pass that makes the picture, ways to trace it in turn", size.x, size.y),
             "specialised: compiled for what the scene has; with: for the named feature too (and what it needs); general: for all; by hand: a minimal kernel for that kind of scene".into(),
+            format!("left_out: of {}, the rays that a name of `--without` stands for: without and with them; too faint ones with a cut-off of {} in both", if request.small { "mirrors" } else { "the demo" }, left_out::CUTOFF),
             "features are missing from the scene of triangles; `meshes` from that of spheres; off: pixels of the other pictures that differ from the specialised one's by a step of 1/255".into(),
         ],
         ..Report::new("skips", &[device])
@@ -104,8 +137,8 @@ impl Run {
     fn kind_rows(&self, kind: Kind, tracer: &mut GpuTracer) -> Result<Vec<Row>, Failure> {
         let scene = kind.scene(&self.settings, self.small)?;
         let own = |by_hand| Way {
-            features: scene.features,
             by_hand,
+            ..Way::of(scene.features)
         };
         let ways = [own(None), own(Some(kind.by_hand())), general()];
         let [special, by_hand, general] = self.measure(&scene, ways, tracer)?;
@@ -137,10 +170,6 @@ impl Run {
         let Some(scene) = without else {
             return Err(Failure::Input(format!("every scene has `{feature}`")));
         };
-        let way = |features| Way {
-            features,
-            by_hand: None,
-        };
         let mut more = scene.features;
         for name in needs(feature).iter().chain([&feature]) {
             let named = Features::NAMED.into_iter().find(|named| named.0 == *name);
@@ -148,7 +177,7 @@ impl Run {
                 *switch(&mut more) = true;
             }
         }
-        let ways = [way(scene.features), way(more), general()];
+        let ways = [Way::of(scene.features), Way::of(more), general()];
         let [special, with, general] = self.measure(&scene, ways, tracer)?;
         let name = |what: &str| format!("without.{feature}.{what}");
         let saved = |by: &Outcome| 1.0 - median(&special.millis) / median(&by.millis);
@@ -221,8 +250,9 @@ impl Turn<'_> {
         }
         self.count += 1;
         tracer.trace_by_hand(way.by_hand);
+        let settings = way.settings(settings);
         let start = std::time::Instant::now();
-        let picture = traced(tracer, &frame, settings)?;
+        let picture = traced(tracer, &frame, &settings)?;
         let around = start.elapsed().as_secs_f64() * 1e3;
         let passes = tracer.pass_times();
         let pass = passes.iter().find(|pass| pass.name == KERNEL);
@@ -231,10 +261,7 @@ impl Turn<'_> {
 }
 
 fn general() -> Way {
-    Way {
-        features: Features::all(),
-        by_hand: None,
-    }
+    Way::of(Features::all())
 }
 
 /// Features without which one has no effect.
@@ -251,7 +278,7 @@ fn needs(feature: &str) -> &'static [&'static str] {
 }
 
 /// Pixels of others that are not as they should be.
-fn off_row(name: String, right: &Outcome, others: [&Outcome; 2]) -> Row {
+fn off_row<const N: usize>(name: String, right: &Outcome, others: [&Outcome; N]) -> Row {
     let pairs = others.into_iter().flat_map(|other| {
         let pixels = other.picture.pixels.iter();
         pixels.zip(&right.picture.pixels)
