@@ -103,7 +103,7 @@ impl Screen {
 
     /// Whether its device is gone for good: another screen is to take its place.
     pub fn is_lost(&self) -> bool {
-        matches!(self.gpu.check(), Err(TraceError::DeviceLost(_)))
+        self.gpu.is_lost()
     }
 
     /// Follows the window; a size of zero (minimised) is left alone.

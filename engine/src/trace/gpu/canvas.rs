@@ -1,8 +1,9 @@
 //! The picture on the device, and the passes that trace it.
 //!
 //! A picture is traced in bands of rows as high as the device's pace allows ([`super::pace`]), a sample a pass; or first its pixels' first samples, then the list of
-//! edges, then parts of that list. How long the list is stays on the device: parts are asked for as if every pixel were on it, and those
-//! behind its end find nothing to do, which costs less than the host's waiting or a dispatch of the device's own. Each
+//! edges, then parts of that list. How long the list is stays on the device where parts are few: they are asked for as if every pixel were on it, and those
+//! behind its end find nothing to do, which costs less than the host's waiting or a dispatch of the device's own. A slow device's parts are many,
+//! and waiting is little to what they take: there the list's length is asked for first. Each
 //! pass is a submission, so that no single one is long. More samples a pass would be slower (4 in one took 7 times as long
 //! as 1 on an NVIDIA H200), and software Vulkan ends an invocation's loops after 65,535 rounds in all.
 
@@ -127,7 +128,8 @@ pub struct Pass {
     pub groups: [u32; 2],
 }
 
-/// What brings the picture to what is due, in dispatches of at most `most` samples where that is possible.
+/// What brings the picture to what is due, but for further samples of edges, in dispatches of at most `most` samples where
+/// that is possible.
 pub fn passes(view: &ViewRow, due: Due, most: u32) -> Vec<Pass> {
     let next = |limit| PassRow {
         goes_on: 1,
@@ -157,11 +159,25 @@ pub fn passes(view: &ViewRow, due: Due, most: u32) -> Vec<Pass> {
             row: PassRow::default(),
             groups: [view.width.div_ceil(TILE), view.height.div_ceil(TILE)],
         });
-        for _ in 1..view.samples {
-            passes.extend(parts_of_list(view, next(view.samples), most));
-        }
     }
     passes
+}
+
+/// The further samples of a list of so many edges, in dispatches of at most `most` samples; one at least.
+pub fn edge_passes(view: &ViewRow, listed: u32, most: u32) -> Vec<Pass> {
+    let row = PassRow {
+        goes_on: 1,
+        limit: view.samples,
+        ..PassRow::default()
+    };
+    let parts = (1..view.samples).flat_map(|_| parts_of_list(listed.max(1), row, most));
+    parts.collect()
+}
+
+/// Dispatches of [`edge_passes`] if every pixel is an edge.
+pub fn most_edge_passes(view: &ViewRow, most: u32) -> u64 {
+    let parts = (view.width * view.height).div_ceil(most);
+    u64::from(parts) * u64::from(view.samples - 1)
 }
 
 /// A pass in bands of whole workgroups, with at most `most` samples where that is possible.
@@ -182,11 +198,10 @@ fn bands(view: &ViewRow, row: PassRow, most: u32) -> impl Iterator<Item = Pass> 
     })
 }
 
-/// A pass in parts of the list of edges with at most `most` samples, as many as a list of all pixels takes.
-fn parts_of_list(view: &ViewRow, row: PassRow, most: u32) -> impl Iterator<Item = Pass> {
-    let pixels = view.width * view.height;
-    (0..pixels).step_by(most as usize).map(move |first| {
-        let count = most.min(pixels - first);
+/// A pass in parts of the list of edges with at most `most` samples.
+fn parts_of_list(listed: u32, row: PassRow, most: u32) -> impl Iterator<Item = Pass> {
+    (0..listed).step_by(most as usize).map(move |first| {
+        let count = most.min(listed - first);
         Pass {
             kernel: Kernel::Antialias,
             row: PassRow {
@@ -255,14 +270,25 @@ mod tests {
             let passes = passes(&view, Due::Picture, 1 << 20);
             let first = samples(&passes, Kernel::Whitted, height);
             assert!(first.iter().all(|taken| *taken == 1));
-            let parts: Vec<_> = passes
-                .iter()
-                .filter(|pass| pass.kernel == Kernel::Antialias)
-                .collect();
-            let added: u64 = parts.iter().map(|pass| u64::from(pass.row.count)).sum();
-            let pixels = u64::from(width) * u64::from(height);
-            assert_eq!(added, pixels * u64::from(of_each - 1));
-            assert!(parts.iter().all(|pass| pass.row.limit == of_each));
+            let last = passes.last().map(|pass| pass.kernel);
+            assert_eq!(last, Some(Kernel::Edges));
+            let pixels = width * height;
+            for (listed, most) in [
+                (pixels, 1 << 20),
+                (pixels, 1 << 12),
+                (pixels / 9, 1 << 10),
+                (0, 1 << 10),
+            ] {
+                let parts = edge_passes(&view, listed, most);
+                let added: u64 = parts.iter().map(|pass| u64::from(pass.row.count)).sum();
+                assert_eq!(added, u64::from(listed.max(1)) * u64::from(of_each - 1));
+                assert!(
+                    parts
+                        .iter()
+                        .all(|pass| pass.row.limit == of_each && pass.row.count <= most)
+                );
+                assert!(parts.len() as u64 <= most_edge_passes(&view, most));
+            }
         }
     }
 

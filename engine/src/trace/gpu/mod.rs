@@ -35,6 +35,7 @@
 //! A tree over 2.4 million triangles that fell back on medians for want of room on the stack took 6.04, 6.80, and 3.46, 3.64 with
 //! room ([`crate::bvh::TRAVERSAL_CAPACITY`]).
 
+mod adapters;
 mod buffers;
 mod by_hand;
 mod canvas;
@@ -49,6 +50,7 @@ mod rays;
 mod readback;
 mod report;
 mod shader;
+mod stack;
 mod submit;
 #[cfg(test)]
 mod tests;
@@ -57,8 +59,9 @@ mod tracer;
 pub mod trees;
 mod upload;
 
+pub use adapters::AdapterChoice;
 pub use by_hand::HandKernel;
-pub use context::{AdapterChoice, Gpu, STORAGE_BUFFERS};
+pub use context::{Gpu, STORAGE_BUFFERS};
 pub use layout::{Access, SCENE_BINDINGS, tree_bindings};
 pub(crate) use report::{Ends, Reports};
 pub use shader::{Kernel, Shader, Specialisation, TYPES_SOURCE, shader_module, shader_source};

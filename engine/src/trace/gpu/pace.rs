@@ -18,11 +18,16 @@ const AT_FIRST: u32 = 1 << 17;
 #[derive(Clone, Copy, Debug)]
 pub struct Pace {
     samples: u32,
+    /// How often what was known has been forgotten.
+    epoch: u64,
 }
 
 impl Default for Pace {
     fn default() -> Self {
-        Self { samples: AT_FIRST }
+        Self {
+            samples: AT_FIRST,
+            epoch: 0,
+        }
     }
 }
 
@@ -32,9 +37,14 @@ impl Pace {
         self.samples
     }
 
-    /// Takes note of what samples took.
-    pub fn note(&mut self, samples: u64, millis: f64) {
-        if samples > 0 && millis > 0.0 {
+    /// What pictures of now are to be noted with.
+    pub fn epoch(&self) -> u64 {
+        self.epoch
+    }
+
+    /// Takes note of what samples took that were traced in an epoch. What has come back late, of another kernel, says nothing.
+    pub fn note(&mut self, epoch: u64, samples: u64, millis: f64) {
+        if epoch == self.epoch && samples > 0 && millis > 0.0 {
             let fitting = samples as f64 / millis * MILLIS;
             self.samples = fitting.clamp(FEWEST.into(), MOST.into()) as u32;
         }
@@ -43,12 +53,14 @@ impl Pace {
     /// Takes note that samples will take something else: another kernel traces them.
     pub fn forget(&mut self) {
         self.samples = self.samples.min(AT_FIRST);
+        self.epoch += 1;
     }
 
     /// For another device, in place of one that was lost: perhaps because a dispatch took too long.
     pub fn after_loss(self) -> Self {
         Self {
             samples: (self.samples / 4).max(FEWEST),
+            epoch: self.epoch + 1,
         }
     }
 }
@@ -62,17 +74,20 @@ mod tests {
         let mut pace = Pace::default();
         assert_eq!(pace.samples(), AT_FIRST);
         // A million samples in ten seconds.
-        pace.note(1_000_000, 10_000.0);
+        pace.note(0, 1_000_000, 10_000.0);
         assert_eq!(pace.samples(), 5_000);
-        pace.note(2_000_000, 2.0);
+        pace.note(0, 2_000_000, 2.0);
         assert_eq!(pace.samples(), MOST);
         pace.forget();
         assert_eq!(pace.samples(), AT_FIRST);
-        pace.note(100, 10_000.0);
+        // A report of the kernel before.
+        pace.note(0, 2_000_000, 2.0);
+        assert_eq!(pace.samples(), AT_FIRST);
+        pace.note(pace.epoch(), 100, 10_000.0);
         assert_eq!(pace.samples(), FEWEST);
         pace.forget();
-        pace.note(0, 5.0);
-        pace.note(5, 0.0);
+        pace.note(pace.epoch(), 0, 5.0);
+        pace.note(pace.epoch(), 5, 0.0);
         assert_eq!(pace.samples(), FEWEST);
         assert_eq!(pace.after_loss().samples(), FEWEST);
         assert_eq!(Pace::default().after_loss().samples(), AT_FIRST / 4);

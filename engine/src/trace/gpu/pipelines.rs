@@ -164,6 +164,16 @@ impl Pipelines {
     }
 }
 
+/// A compiler that panics refuses this one shader: the thread goes on, and nobody waits for what will not come.
+fn held<T>(compile: impl FnOnce() -> Result<T, TraceError>) -> Result<T, TraceError> {
+    let compiled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(compile));
+    compiled.unwrap_or_else(|_| {
+        Err(TraceError::Device(
+            "a shader's compiler panicked; what it said is above".into(),
+        ))
+    })
+}
+
 impl Background {
     /// None: there is no thread to be had, so asking waits as it did.
     fn start(gpu: Arc<Gpu>) -> Option<Self> {
@@ -175,7 +185,7 @@ impl Background {
             while let Ok(Order { key, layout }) = order.recv()
                 && !ends.load(Ordering::Relaxed)
             {
-                let pipeline = compile(&gpu, key, &layout);
+                let pipeline = held(|| compile(&gpu, key, &layout));
                 if answer.send(Answer { key, pipeline }).is_err() {
                     break;
                 }

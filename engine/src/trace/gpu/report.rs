@@ -43,6 +43,8 @@ pub struct Traced {
     pub is_whole: bool,
     /// Samples, those of edges aside.
     pub samples: u64,
+    /// When, as the pace of dispatches counts.
+    pub epoch: u64,
 }
 
 /// What of a picture is over.

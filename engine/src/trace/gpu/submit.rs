@@ -5,15 +5,25 @@
 use std::time::Instant;
 
 use super::GpuTracer;
-use super::canvas::{Canvas, Pass, passes};
+use super::buffers::{create, read};
+use super::canvas::{Canvas, Pass, edge_passes, most_edge_passes, passes};
 use super::report::{COUNTERS, Ends, Traced};
 use super::shader::{Kernel, Specialisation};
-use crate::frame::wire::ViewRow;
-use crate::trace::progress::{Due, first_samples};
+use crate::frame::wire::{CounterRow, ViewRow};
+use crate::trace::progress::{Due, first_samples, is_adaptive};
 use crate::trace::{PictureTime, TraceError};
 
 /// Where a device tells no times, one picture of so many is waited for.
 const WAITED_FOR: u64 = 8;
+/// Parts of the list of edges beyond which it is asked how long the list is.
+const MOST_UNASKED: u64 = 64;
+
+/// Passes, and where in the picture they are.
+struct Batch {
+    passes: Vec<Pass>,
+    is_first: bool,
+    is_last: bool,
+}
 
 impl GpuTracer {
     /// Takes note of what rays took.
@@ -30,7 +40,7 @@ impl GpuTracer {
         waited.map_err(|error| TraceError::Device(error.to_string()))?;
         let millis = start.elapsed().as_secs_f64() * 1e3;
         self.device_millis = Some(millis);
-        self.pace.note(traced.samples, millis);
+        self.pace.note(traced.epoch, traced.samples, millis);
         self.note_time(traced, millis);
         Ok(())
     }
@@ -49,6 +59,7 @@ impl GpuTracer {
             let traced = Traced {
                 size: canvas.size,
                 is_whole: due == Due::Picture,
+                epoch: self.pace.epoch(),
                 samples: u64::from(view.width)
                     * u64::from(view.height)
                     * u64::from(match due {
@@ -57,9 +68,27 @@ impl GpuTracer {
                         Due::Refinement { by, .. } => by,
                     }),
             };
-            let passes = passes(view, due, self.pace.samples());
+            let most = self.pace.samples();
+            let has_edges = due == Due::Picture && is_adaptive(view);
             let start = Instant::now();
-            self.submit(special, &canvas, &passes, traced)?;
+            let first = Batch {
+                passes: passes(view, due, most),
+                is_first: true,
+                is_last: !has_edges,
+            };
+            self.submit(special, &canvas, &first, traced)?;
+            if has_edges {
+                let listed = match most_edge_passes(view, most) {
+                    ..=MOST_UNASKED => view.width * view.height,
+                    _ => self.listed()?,
+                };
+                let edges = Batch {
+                    passes: edge_passes(view, listed, most),
+                    is_first: false,
+                    is_last: true,
+                };
+                self.submit(special, &canvas, &edges, traced)?;
+            }
             // Not the first, which waits for the compiler.
             let is_due = self.pictures % WAITED_FOR == 1;
             if traced.is_whole && !self.reports.are_timed() && is_due {
@@ -71,14 +100,30 @@ impl GpuTracer {
         self.gpu.check()
     }
 
+    /// How long the list of edges is: waits until it is there.
+    fn listed(&self) -> Result<u32, TraceError> {
+        let usage = wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST;
+        let size = size_of::<u32>() as u64;
+        let staging = create(&self.gpu, "length of the list", usage, size);
+        let mut encoder = self
+            .gpu
+            .device
+            .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
+        let at = std::mem::offset_of!(CounterRow, edge_pixels) as u64;
+        encoder.copy_buffer_to_buffer(&self.reports.counters, at, &staging, 0, size);
+        self.gpu.queue.submit([encoder.finish()]);
+        Ok(bytemuck::pod_read_unaligned(&read(&self.gpu, &staging)?))
+    }
+
     /// One submission a pass, so that no single one is long.
     fn submit(
         &mut self,
         special: Specialisation,
         canvas: &Canvas,
-        passes: &[Pass],
+        batch: &Batch,
         traced: Traced,
     ) -> Result<(), TraceError> {
+        let passes = &batch.passes;
         let kernels = [Kernel::Whitted, Kernel::Edges, Kernel::Antialias];
         let mut compiled = Vec::new();
         for kernel in kernels {
@@ -97,20 +142,21 @@ impl GpuTracer {
             let next = passes.get(i + 1).map(|next| next.kernel);
             let ends = match (work.kernel, next) {
                 (Kernel::Whitted, next) if next != Some(Kernel::Whitted) => Some(Ends::Picture),
-                (_, None) => Some(Ends::Edges),
+                (_, None) if batch.is_last => Some(Ends::Edges),
                 _ => None,
             };
             let mut encoder = self
                 .gpu
                 .device
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-            if i == 0 {
+            let is_first = batch.is_first && i == 0;
+            if is_first {
                 encoder.clear_buffer(&self.reports.counters, 0, Some(COUNTERS));
             }
             {
                 let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                     label: Some(work.kernel.name()),
-                    timestamp_writes: self.reports.writes(i == 0, ends),
+                    timestamp_writes: self.reports.writes(is_first, ends),
                 });
                 for (_, pipeline) in compiled.iter().filter(|(kernel, _)| *kernel == work.kernel) {
                     pass.set_pipeline(&pipeline.compute);
@@ -123,7 +169,7 @@ impl GpuTracer {
                 }
                 pass.dispatch_workgroups(work.groups[0], work.groups[1], 1);
             }
-            let last = ends.filter(|_| next.is_none());
+            let last = ends.filter(|_| next.is_none() && batch.is_last);
             let report = last.and_then(|last| self.reports.record(&mut encoder, last));
             self.gpu.queue.submit([encoder.finish()]);
             if let Some(slot) = report {

@@ -200,3 +200,31 @@ fn a_device_without_timestamps_is_timed_by_waiting() {
     });
     assert_eq!(timed, [0, 1, 2, 3, 4, 5, 6, 7, 8, 9].map(|i| i % 8 == 1));
 }
+
+#[test]
+fn a_slow_device_is_asked_how_many_edges_there_are() {
+    let adaptive = TraceSettings {
+        samples: 16,
+        adaptive: Some(0.05),
+        refine_to: 0,
+        ..settings(96)
+    };
+    let scene = scene(30, 20);
+    let mut tracer = GpuTracer::new(open()).expect("a tracer");
+    let usual = picture(&mut tracer, &scene, &adaptive).expect("a picture");
+    let edges = tracer.counters().edge_pixels;
+    assert!(edges > 100, "{edges}");
+    let mut slow = GpuTracer::new(open()).expect("a tracer");
+    // After its first frame, whose kernel is another one than none.
+    picture(&mut slow, &ground(), &adaptive).expect("a picture");
+    picture(&mut slow, &scene, &adaptive).expect("a picture");
+    slow.pace.note(slow.pace.epoch(), 1, 1e6);
+    let mut elsewhere = scene.clone();
+    elsewhere.view.origin.x += 1.0;
+    picture(&mut slow, &elsewhere, &adaptive).expect("a picture");
+    slow.pace.note(slow.pace.epoch(), 1, 1e6);
+    let in_parts = picture(&mut slow, &scene, &adaptive).expect("a picture");
+    assert!(in_parts == usual);
+    assert_eq!(slow.counters().edge_pixels, edges);
+    assert!(slow.device_millis.is_some());
+}

@@ -10,8 +10,9 @@ use super::layout::Layouts;
 use super::pace::Pace;
 use super::pipelines::Pipelines;
 use super::rays::RayBuffers;
-use super::report::Reports;
+use super::report::{Reports, Traced};
 use super::shader::{Kernel, Specialisation};
+use super::stack::StackNeed;
 use super::trees::{DeviceTrees, Plan};
 use super::upload::SceneOnDevice;
 use crate::frame::{Features, FrameScene, Skip, TraceSettings};
@@ -29,8 +30,8 @@ pub struct GpuTracer {
     pub(super) on_device: SceneOnDevice,
     pub(super) pipelines: Pipelines,
     pub(super) special: Option<Specialisation>,
-    /// Of a traversal's stack, by the trees up to now: it never shrinks, so that no kernel is compiled for a tree that comes and goes.
-    stack_need: u32,
+    /// Of a traversal's stack, by the trees up to now.
+    stack: StackNeed,
     pub(super) rays: Option<RayBuffers>,
     /// None before the first picture.
     pub(super) canvas: Option<Canvas>,
@@ -67,7 +68,7 @@ impl GpuTracer {
             tree_millis: None,
             pipelines: Pipelines::default(),
             special: None,
-            stack_need: 0,
+            stack: StackNeed::default(),
             rays: None,
             canvas: None,
             progress: Progress::default(),
@@ -141,7 +142,8 @@ impl GpuTracer {
             let counters = report.counters;
             (self.device_millis, self.edges_millis) = (report.millis, report.edges_millis);
             if let Some(millis) = report.millis {
-                self.pace.note(report.traced.samples, millis);
+                let Traced { epoch, samples, .. } = report.traced;
+                self.pace.note(epoch, samples, millis);
                 self.note_time(report.traced, millis + report.edges_millis.unwrap_or(0.0));
             }
             self.counters = Counters {
@@ -213,14 +215,14 @@ impl Tracer for GpuTracer {
         features.textures &= has_texels;
         features.panorama &= has_texels;
         let special = Specialisation::new(features, generations);
-        self.stack_need = self.stack_need.max(self.packed.stack_bound());
+        let need = self.stack.note(self.packed.stack_bound());
         let special = Specialisation {
             cutoff: self.packed.view.cutoff > 0.0,
             counts: settings.count_rays,
             ..special
                 .with(settings.kernels)
                 .skipping(settings.skips)
-                .with_stack(self.stack_need)
+                .with_stack(need)
         };
         if self.special.replace(special) != Some(special) {
             self.pace.forget();

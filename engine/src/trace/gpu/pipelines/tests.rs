@@ -97,6 +97,13 @@ fn what_cannot_be_compiled_is_not_tried_again_and_again() {
 }
 
 #[test]
+fn a_compiler_that_panics_refuses_one_shader() {
+    let error = held::<()>(|| panic!("as a broken driver's might"));
+    assert!(matches!(error, Err(TraceError::Device(why)) if why.contains("panicked")));
+    assert_eq!(held(|| Ok(3)), Ok(3));
+}
+
+#[test]
 fn of_kernels_that_will_do_the_one_with_least_is_taken() {
     let gpu = open();
     let layouts = Layouts::new(&gpu);
