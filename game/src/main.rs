@@ -20,6 +20,7 @@ mod preview;
 mod profile_log;
 mod render;
 mod stage;
+mod words;
 
 use std::process::ExitCode;
 

@@ -72,6 +72,11 @@ fn wrong_words_are_usage() {
     expect(&["render", "demo", "--samples", "257"], 2, &["1..=256"]);
     expect(&["render", "demo", "--cutoff", "small"], 2, &["from 0 on"]);
     expect(&["render", "demo", "--backend", "fpga"], 2, &["reference"]);
+    expect(
+        &["render", "demo", "--without", "speed"],
+        2,
+        &["away", "still"],
+    );
     expect(&["render", "demo", "--out", "x.jpg"], 2, &[".png"]);
     expect(
         &["render", "demo", "--frames", "0..2", "--out", "x.png"],
