@@ -9,7 +9,7 @@ pub enum AdapterChoice {
     Hardware,
     /// A real GPU if there is one, else a software adapter.
     Any,
-    /// By number, or by a part of its name in any case, in the order of [`Gpu::adapters`].
+    /// By number, or by a part of its name in any case, in the order of [`super::Gpu::adapters`].
     Named(String),
 }
 
