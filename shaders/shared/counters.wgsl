@@ -1,6 +1,6 @@
 // What: what one invocation counts; the kernel adds it up at the end.
 // Reads: nothing. Writes: its own tallies.
-// Twin: Counters in engine/src/trace/mod.rs.
+// Twin: Counters in engine/src/trace/counters.rs.
 #define_import_path orrery::counters
 
 var<private> reflected_rays: u32;

@@ -263,6 +263,7 @@ fn where_nothing_changes_nothing_is_done() {
             let nothing = Counters {
                 kept_samples: pixels,
                 bytes_kept: counted.bytes_kept,
+                trees_kept: 1,
                 missing_features: counted.missing_features,
                 ..Counters::default()
             };

@@ -151,7 +151,7 @@ fn rays_that_bring_nothing_are_left_out_and_no_pixel_shows_it() {
 fn a_device_leaves_out_what_the_processor_does() {
     let whole = settings(60, 45);
     let all = TraceSettings {
-        skips: Skips::NONE.with(Skip::Still).with(Skip::Uploads),
+        skips: Skips::NONE,
         ..whole
     };
     let mut scene = red_and_blue(1);
@@ -271,6 +271,33 @@ fn what_rests_and_what_a_device_keeps_is_what_would_be_traced_and_brought_again(
                 show(&usual);
                 assert!(show(&usual).1.saved(Skip::Uploads) > 1000);
             }
+        }
+    }
+}
+
+#[test]
+fn trees_that_follow_what_moves_show_what_trees_made_anew_do() {
+    let whole = settings(40, 30);
+    let anew = TraceSettings {
+        skips: Skips::ALL.without(Skip::Trees),
+        ..whole
+    };
+    for (tracer, other) in tracers().into_iter().zip(tracers()) {
+        let mut both = [(tracer, whole), (other, anew)];
+        let mut scene = random_scene(4, 20);
+        for frame in 0..4 {
+            let [(usual, kept), (other, none)] = both
+                .each_mut()
+                .map(|(tracer, settings)| traced(tracer.as_mut(), &scene, settings));
+            assert!(usual == other, "frame {frame}: how trees are made shows");
+            if frame > 0 {
+                assert!(kept.saved(Skip::Trees) >= 2, "{kept:?}");
+                assert_eq!(none.saved(Skip::Trees), 0);
+            }
+            let step = DVec3::new(0.05, 0.02, 0.0);
+            scene.instances.edit(|instance| {
+                instance.world_from_local.translation += step * f64::from(instance.material);
+            });
         }
     }
 }

@@ -4,8 +4,8 @@
 //! without it. All are on; benchmarks and tests, and those who want to know, turn them off. Both f32 tracers honour those that
 //! mean anything to them; the f64 reference leaves nothing out.
 //!
-//! Not here, since nothing could be compared without them: systems, trees and extraction follow change ticks, and hidden
-//! things are in no tree because they are not to be seen.
+//! Not here: systems and extraction follow change ticks, which tests hold to worlds made anew, and hidden things are in no tree
+//! because they are not to be seen.
 
 use std::fmt;
 use std::str::FromStr;
@@ -27,13 +27,15 @@ pub enum Skip {
     Weightless,
     /// No ray where nothing changed.
     Still,
+    /// No tree of what did not change, and no new one of what moved.
+    Trees,
     /// Nothing brought to a device that it has.
     Uploads,
 }
 
 impl Skip {
     /// Every one, in the order of a frame's rays and then of frames.
-    pub const ALL: [Self; 8] = [
+    pub const ALL: [Self; 9] = [
         Self::Kernels,
         Self::Away,
         Self::Black,
@@ -41,6 +43,7 @@ impl Skip {
         Self::FaintRays,
         Self::Weightless,
         Self::Still,
+        Self::Trees,
         Self::Uploads,
     ];
 
@@ -96,6 +99,11 @@ impl Skip {
                 "a frame in which nothing changed traces no ray once the picture has its samples",
                 "samples kept from before",
             ),
+            Self::Trees => (
+                "trees",
+                "what did not change keeps its rows and trees, and trees of what moved are refitted; without, all are made anew in every frame",
+                "trees kept",
+            ),
             Self::Uploads => (
                 "uploads",
                 "a GPU is brought, deforms and refits what changed alone",
@@ -104,8 +112,8 @@ impl Skip {
         }
     }
 
-    fn bit(self) -> u8 {
-        1 << self as u8
+    fn bit(self) -> u16 {
+        1 << self as u16
     }
 }
 
@@ -126,11 +134,11 @@ impl FromStr for Skip {
 
 /// Which of them are on.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
-pub struct Skips(u8);
+pub struct Skips(u16);
 
 impl Skips {
     /// Everything is left out that may be.
-    pub const ALL: Self = Self(u8::MAX);
+    pub const ALL: Self = Self(u16::MAX);
     /// Nothing is.
     pub const NONE: Self = Self(0);
 

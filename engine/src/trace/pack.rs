@@ -40,7 +40,7 @@ use crate::frame::wire::{
     GENERATIONS_CAPACITY, InstanceRow, LightRow, MATERIAL_TRANSMITS, MaterialRow, NONE,
     PlacedTriangleRow, VertexRow, ViewRow,
 };
-use crate::frame::{Features, FrameScene, Kernels, Skips, TraceSettings};
+use crate::frame::{Features, FrameScene, Kernels, Skip, Skips, TraceSettings};
 use crate::world::Changes;
 
 /// Rows from which a device builds the tree over instances that move: a device's passes have a price that does not
@@ -110,8 +110,17 @@ impl PackedScene {
         scene
     }
 
-    /// Builds the trees of meshes that are new or changed.
+    /// Builds the trees of meshes that are new or changed; of all, and forgets every other row, where nothing is to be kept.
     pub fn refit(&mut self, scene: &FrameScene) {
+        if !self.skips.has(Skip::Trees) {
+            let mut anew = Self {
+                skips: self.skips,
+                deforms_on_device: self.deforms_on_device,
+                ..Self::default()
+            };
+            anew.instances.device_from = self.instances.device_from;
+            *self = anew;
+        }
         self.trees_updated = 0;
         self.update_meshes(scene);
         self.replace_worn_trees();
@@ -340,6 +349,11 @@ impl PackedScene {
             + bytes_of::<LightRow>(&self.lights.take_dirty())
             + bytes_of::<InstanceRow>(&self.instances.rows.take_dirty())
             + bytes_of::<Node4>(&self.instances.take_stale_nodes())
+    }
+
+    /// Trees that this frame neither built nor refitted.
+    pub fn trees_kept(&self) -> u64 {
+        (self.meshes.len() as u64 + 1).saturating_sub(self.trees_updated)
     }
 
     /// Bytes that a device's copy of rows and trees takes, textures aside.

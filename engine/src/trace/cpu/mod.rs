@@ -209,6 +209,7 @@ impl CpuTracer {
     fn work_done(&self) -> Counters {
         Counters {
             trees_updated: self.packed.trees_updated,
+            trees_kept: self.packed.trees_kept(),
             tree_nodes: self.packed.tree_nodes_written(),
             bytes_uploaded: self.bytes_written,
             ..Counters::default()

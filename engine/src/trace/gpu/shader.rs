@@ -188,7 +188,7 @@ impl Specialisation {
     /// The same with these left out; what is none of a kernel's business makes no other one.
     #[must_use]
     pub fn skipping(self, skips: Skips) -> Self {
-        let elsewhere = [Skip::Kernels, Skip::Still, Skip::Uploads];
+        let elsewhere = [Skip::Kernels, Skip::Still, Skip::Trees, Skip::Uploads];
         Self {
             skips: elsewhere.into_iter().fold(skips, Skips::with),
             ..self

@@ -5,7 +5,9 @@ use std::sync::Arc;
 use glam::{DAffine3, DVec3, UVec2, Vec3};
 
 use super::{AdapterChoice, Gpu, GpuTracer};
-use crate::frame::{Features, FrameScene, Instance, Light, LightKind, Shape, TraceSettings};
+use crate::frame::{
+    Features, FrameScene, Instance, Light, LightKind, Shape, Skip, Skips, TraceSettings,
+};
 use crate::testing::Random;
 use crate::trace::{Picture, TraceError, Tracer};
 use crate::world::{DeformStep, Deformation, Material, MeshData, MeshRow, Reflection};
@@ -227,4 +229,25 @@ fn a_slow_device_is_asked_how_many_edges_there_are() {
     assert!(in_parts == usual);
     assert_eq!(slow.counters().edge_pixels, edges);
     assert!(slow.device_millis.is_some());
+}
+
+/// Deformed on the device, whose trees and rows are all made anew in every other frame.
+#[test]
+fn what_a_device_keeps_is_what_it_would_make_anew() {
+    let mut scene = scene(300, 20);
+    let usual = settings(64);
+    let anew = TraceSettings {
+        skips: Skips::ALL.without(Skip::Trees).without(Skip::Uploads),
+        ..usual
+    };
+    let mut tracer = GpuTracer::new(open()).expect("a tracer");
+    let mut other = GpuTracer::new(open()).expect("a tracer");
+    for frame in 0..4 {
+        let expected = picture(&mut tracer, &scene, &usual).expect("a picture");
+        // One frame later it holds: a frame is packed by the switches of the one before.
+        picture(&mut other, &scene, &anew).expect("a picture");
+        let made = picture(&mut other, &scene, &anew).expect("a picture");
+        assert!(made == expected, "frame {frame}");
+        scene.view.origin.x += 0.1;
+    }
 }

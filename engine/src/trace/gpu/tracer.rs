@@ -91,6 +91,7 @@ impl GpuTracer {
             bytes_uploaded: self.counters.bytes_uploaded,
             trees_updated: self.counters.trees_updated,
             tree_nodes: self.counters.tree_nodes,
+            trees_kept: self.counters.trees_kept,
             bytes_kept: self.counters.bytes_kept,
             missing_features: self.counters.missing_features,
             kept_samples: self.canvas.as_ref().map_or(0, |canvas| {
@@ -202,6 +203,7 @@ impl Tracer for GpuTracer {
         self.counters.bytes_uploaded = written;
         self.counters.bytes_kept = self.packed.bytes().saturating_sub(written);
         self.counters.trees_updated = self.packed.trees_updated;
+        self.counters.trees_kept = self.packed.trees_kept();
         self.counters.tree_nodes = self.packed.tree_nodes_written();
         let generations = self.packed.view.max_generations;
         let mut features = scene.features;
