@@ -64,6 +64,9 @@ Large models are kept, read and with their trees, in the user's cache folder (Li
 they start faster the next time; so is, for windows, what the graphics driver compiles, where it lets that be kept. ORRERY_CACHE_DIR
 names another folder; empty, nothing is kept.
 
+ORRERY_CPU=avx512, avx2 or portable says which of the processor's instructions rays are traced with there; without it, or where
+the processor lacks them, the widest there are. Pictures are the same, bit for bit.
+
 Exit codes: 0 done, 1 the input is bad, 2 usage, 3 no usable device.";
 
 /// What to do.

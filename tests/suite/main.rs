@@ -23,6 +23,7 @@ mod looks_known;
 mod motion;
 mod moving;
 mod numerics;
+mod packets;
 mod pictures;
 mod present;
 mod sampling;

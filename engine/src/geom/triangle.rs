@@ -55,6 +55,12 @@ impl Shear {
         }
     }
 
+    /// The axes that take the place of x, y and z, and what is sheared by.
+    #[inline]
+    pub fn parts(&self) -> ([usize; 3], Vec3) {
+        ([self.kx, self.ky, self.kz], self.shear)
+    }
+
     /// The hit, at any t (also behind the origin); none for a miss or a triangle without area.
     #[inline]
     pub fn intersect(&self, origin: Vec3, corners: [Vec3; 3]) -> Option<TriangleHit> {
@@ -74,24 +80,39 @@ impl Shear {
         if apart(ax, bx, cx) || apart(ay, by, cy) {
             return None;
         }
-        let det = u + v + w;
-        if det == 0.0 {
+        if u + v + w == 0.0 {
             return None;
         }
         let depths = [a, b, c].map(|p| self.shear.z * p[self.kz]);
-        let weighted = (u * depths[0] + v * depths[1] + w * depths[2]) / det;
-        let on_plane = self.plane_distance(origin, corners).unwrap_or(weighted);
+        Some(self.hit(origin, corners, [u, v, w], depths))
+    }
+
+    /// The hit of a ray that passes within the edges: their values, which do not add up to 0, and the corners' depths.
+    #[inline]
+    pub fn hit(
+        &self,
+        origin: Vec3,
+        corners: [Vec3; 3],
+        [u, v, w]: [f32; 3],
+        depths: [f32; 3],
+    ) -> TriangleHit {
+        let det = u + v + w;
+        let on_plane = self
+            .plane_distance(origin, corners)
+            .unwrap_or_else(|| (u * depths[0] + v * depths[1] + w * depths[2]) / det);
         let (least, most) = (depths[0].min(depths[1]), depths[0].max(depths[1]));
-        Some(TriangleHit {
+        TriangleHit {
             t: on_plane.max(least.min(depths[2])).min(most.max(depths[2])),
             u: (v / det).clamp(0.0, 1.0),
             v: (w / det).clamp(0.0, 1.0),
-        })
+        }
     }
 
     /// Where the ray meets the triangle's plane, rounded once; none along the plane.
+    #[inline]
     fn plane_distance(&self, origin: Vec3, corners: [Vec3; 3]) -> Option<f32> {
-        let [a, b, c] = corners.map(|corner| corner.as_dvec3());
+        let [a, b, c] = corners;
+        let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());
         let normal = (b - a).cross(c - a);
         let along = normal.dot(self.dir.as_dvec3());
         (along != 0.0).then(|| (normal.dot(a - origin.as_dvec3()) / along) as f32)

@@ -20,6 +20,16 @@ pub fn millis(warm_up: usize, count: usize, mut run: impl FnMut(usize)) -> Vec<f
     samples
 }
 
+/// Seconds that all threads of this program have worked, waiting for a processor aside; none where the system does not say.
+pub fn worked_seconds() -> Option<f64> {
+    let threads = std::fs::read_dir("/proc/self/task").ok()?;
+    let nanos = threads.map(|thread| {
+        let text = std::fs::read_to_string(thread.ok()?.path().join("schedstat")).ok()?;
+        text.split_whitespace().next()?.parse::<u64>().ok()
+    });
+    Some(nanos.flatten().sum::<u64>() as f64 * 1e-9)
+}
+
 /// The median of samples; 0 of none.
 pub fn median(samples: &[f64]) -> f64 {
     Row::sampled("", "", Better::Lower, samples).value

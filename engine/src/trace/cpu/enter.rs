@@ -15,19 +15,23 @@ const NEXT: f32 = f32::EPSILON / 2.0 * (1.0 + f32::EPSILON);
 /// Distances and a bit mask of the boxes entered between `from` and `to`. Empty slots may be in it.
 #[inline]
 pub fn enter_boxes(node: &Node4, slab: &SlabRay, (from, to): (f32, f32)) -> (Vec4, u32) {
-    let axis = |min: &[f32; 4], max: &[f32; 4], axis: usize| {
+    let rows: &[[f32; 4]; 7] = bytemuck::cast_ref(node);
+    let axis = |axis: usize| {
         let inverse = slab.inverse[axis];
-        let least = (Vec4::from(*min) - slab.from_least[axis]) * inverse;
-        let greatest = (Vec4::from(*max) - slab.from_greatest[axis]) * inverse;
-        if inverse > 0.0 {
-            (least, greatest)
+        let (least, greatest) = (slab.from_least[axis], slab.from_greatest[axis]);
+        let (near, far, from_near, from_far) = if inverse > 0.0 {
+            (axis, axis + 3, least, greatest)
         } else {
-            (greatest, least)
-        }
+            (axis + 3, axis, greatest, least)
+        };
+        (
+            (Vec4::from(rows[near]) - from_near) * inverse,
+            (Vec4::from(rows[far]) - from_far) * inverse,
+        )
     };
-    let (near_x, far_x) = axis(&node.min_x, &node.max_x, 0);
-    let (near_y, far_y) = axis(&node.min_y, &node.max_y, 1);
-    let (near_z, far_z) = axis(&node.min_z, &node.max_z, 2);
+    let (near_x, far_x) = axis(0);
+    let (near_y, far_y) = axis(1);
+    let (near_z, far_z) = axis(2);
     let near = near_x.max(near_y).max(near_z.max(Vec4::splat(from)));
     let far = far_x.min(far_y).min(far_z) * FAR_WIDENING;
     (near, near.cmple(far.min(Vec4::splat(to))).bitmask())

@@ -5,9 +5,9 @@
 
 use glam::{Vec2, Vec3, Vec4};
 
+use super::query::Found;
 use super::surface::Surface;
 use super::texture::sample;
-use super::traverse::Found;
 use crate::frame::wire::{InstanceRow, KIND_MESH, LOOK_UNPLACED, MaterialRow, NONE, TriangleRow};
 use crate::geom::unit_or;
 use crate::trace::PackedScene;

@@ -1,30 +1,45 @@
 //! The CPU tracer: f32, every core. What the report called emulation mode; the product where there is no GPU.
 //!
-//! It reads the same rows as the GPU's kernel ([`PackedScene`]) and follows it file by file.
+//! It reads the same rows as the GPU's kernel ([`PackedScene`]) and follows it file by file. Rays that are much alike go as
+//! packets of 64 (`packet.rs`, `beam.rs`, `triangles.rs`), in lanes of the widest instructions there are (`simd.rs`): camera
+//! rays of 8 x 8 pixels, and the shadow rays from what they meet. Others go one by one, against four boxes or four triangles
+//! at a time (`traverse.rs`, `enter.rs`, `leaf.rs`). What a ray finds does not depend on the way it went.
 
+mod beam;
 mod canvas;
 mod cutoff;
 mod edges;
 mod enter;
+mod group;
+mod leaf;
 mod light;
 mod look;
 mod media;
+mod packet;
 mod path;
 mod pixel;
+mod query;
+mod simd;
 mod sky;
+mod stack;
 mod surface;
 mod texture;
 mod traverse;
+mod triangles;
 
 pub use self::enter::{enter_boxes, enter_spheres};
+pub use self::simd::Instructions;
 
 use std::time::Instant;
 
 use rayon::prelude::*;
 
 use self::canvas::Canvas;
+use self::packet::{PACKET, Packet, trace_all};
+use self::query::{AnyHit, Found, Key, Nearest, Probe, Start, Until};
+use self::stack::Stack;
 use self::surface::resolve;
-use self::traverse::{AnyHit, Found, Key, Nearest, Probe, Stack, Start, trace};
+use self::traverse::trace;
 use super::gpu::Kernel;
 use super::progress::{Due, Progress, is_adaptive};
 use super::{
@@ -51,12 +66,21 @@ pub struct CpuTracer {
     passes: Vec<PassTime>,
     /// Of rays that were asked for one by one; kept, since memory that is new is slow.
     answers: Vec<Option<Found>>,
+    instructions: Instructions,
 }
 
 impl CpuTracer {
     /// A tracer on rayon's global pool.
     pub fn new() -> Self {
         Self::default()
+    }
+
+    /// The same with instructions other than the widest; pictures and hits are the same, bit for bit.
+    pub fn with(instructions: Instructions) -> Self {
+        Self {
+            instructions,
+            ..Self::default()
+        }
     }
 }
 
@@ -66,7 +90,8 @@ impl Tracer for CpuTracer {
     }
 
     fn device(&self) -> String {
-        super::host_description()
+        let instructions = self.instructions.name();
+        format!("{}, {instructions}", super::host_description())
     }
 
     fn refit(&mut self, scene: &FrameScene) -> Result<(), TraceError> {
@@ -166,13 +191,10 @@ impl CpuTracer {
         self.answers.resize(rays.len(), None);
         let rays = rays.par_chunks(RAYS_PER_TASK);
         let tasks = rays.zip(self.answers.par_chunks_mut(RAYS_PER_TASK));
-        tasks.for_each_init(Stack::default, |stack, (rays, answers)| match query {
-            Query::Any => each(rays, answers, |ray| {
-                trace::<AnyHit>(packed, &probe_of(ray), stack)
-            }),
-            Query::Closest => each(rays, answers, |ray| {
-                trace::<Nearest>(packed, &probe_of(ray), stack)
-            }),
+        let kept = || (Packet::default(), Stack::with(self.instructions));
+        tasks.for_each_init(kept, |(packet, stack), (rays, answers)| match query {
+            Query::Any => in_packets::<AnyHit>(packed, rays, answers, packet, stack),
+            Query::Closest => in_packets::<Nearest>(packed, rays, answers, packet, stack),
             Query::Leave => {
                 for (pair, answers) in rays.chunks(2).zip(answers.chunks_mut(2)) {
                     let found = leave(packed, pair, stack);
@@ -185,6 +207,7 @@ impl CpuTracer {
     /// Takes the picture to what is due.
     fn take(&mut self, due: Due) {
         let (packed, canvas) = (&self.packed, self.canvas.get_or_insert_default());
+        canvas.instructions = self.instructions;
         let start = Instant::now();
         let mut counters = match due {
             Due::Nothing => Counters::default(),
@@ -236,13 +259,18 @@ fn hit_of(found: &Found) -> Hit {
     }
 }
 
-fn each(
+fn in_packets<U: Until>(
+    scene: &PackedScene,
     rays: &[Ray],
     answers: &mut [Option<Found>],
-    mut answer: impl FnMut(&Ray) -> Option<Found>,
+    packet: &mut Packet,
+    stack: &mut Stack,
 ) {
-    for (ray, place) in rays.iter().zip(answers) {
-        *place = answer(ray);
+    let mut probes = Vec::with_capacity(PACKET);
+    for (rays, answers) in rays.chunks(PACKET).zip(answers.chunks_mut(PACKET)) {
+        probes.clear();
+        probes.extend(rays.iter().map(probe_of));
+        trace_all::<U>(scene, &probes, answers, (packet, stack));
     }
 }
 

@@ -5,12 +5,15 @@
 use glam::Vec3;
 
 use super::cutoff::{Purse, most_added};
-use super::light::local_light;
+use super::light::{Way, local_light};
 use super::look::appear;
 use super::media::Media;
+use super::packet::Packet;
+use super::query::{Found, Key, Nearest, Probe, Start};
 use super::sky::sky;
+use super::stack::Stack;
 use super::surface::{Surface, resolve};
-use super::traverse::{Key, Nearest, Probe, Stack, Start, trace};
+use super::traverse::trace;
 use crate::frame::Skip;
 use crate::frame::wire::{
     MATERIAL_FRESNEL, MATERIAL_MIRROR, MATERIAL_TRANSMITS, PROJECTION_PERSPECTIVE,
@@ -53,6 +56,17 @@ impl Travel {
             width,
         }
     }
+
+    /// What it asks for.
+    pub fn probe(&self) -> Probe {
+        Probe {
+            origin: self.origin,
+            dir: self.dir,
+            after: Key::after(0.0),
+            before: Key::before(f32::MAX),
+            start: self.start,
+        }
+    }
 }
 
 /// Width of a pixel: at distance 1, or at any where rays are parallel.
@@ -81,6 +95,8 @@ fn cone_spread(view: &ViewRow) -> f32 {
 pub struct Scratch {
     /// Of traversals.
     pub stack: Stack,
+    /// Of many rays at once.
+    pub packet: Packet,
     deferred: Vec<Travel>,
     /// What this camera ray may still leave out.
     pub purse: Purse,
@@ -88,10 +104,31 @@ pub struct Scratch {
     pub counters: Counters,
 }
 
-/// Linear RGB seen along a camera ray, less at most what the purse holds.
-pub fn radiance(
-    scene: &PackedScene,
+/// What a ray met, and its look.
+pub struct Met<'a> {
+    /// The hit.
+    pub found: Found,
+    /// The surface there.
+    pub surface: Surface<'a>,
+}
+
+impl<'a> Met<'a> {
+    /// Of a hit of a ray.
+    pub fn of(scene: &'a PackedScene, ray: &Travel, found: Found) -> Self {
+        let mut surface = resolve(scene, &found, ray.origin, ray.dir);
+        let width = ray.width + cone_spread(&scene.view) * found.key.t;
+        surface.width = width;
+        appear(scene, &found, &mut surface, ray.dir, width);
+        Self { found, surface }
+    }
+}
+
+/// Linear RGB seen along a camera ray, less at most what the purse holds; what it met first is known, and what is on the
+/// ways from there to some lights.
+pub fn radiance<'a>(
+    scene: &'a PackedScene,
     camera_ray: Travel,
+    (met, ways): (Option<Met<'a>>, &[Way]),
     purse: Purse,
     scratch: &mut Scratch,
 ) -> Vec3 {
@@ -99,30 +136,22 @@ pub fn radiance(
     scratch.counters.primary_rays += 1;
     scratch.deferred.clear();
     scratch.purse = purse;
-    let spread = cone_spread(&scene.view);
     let mut next = Some(camera_ray);
+    let mut first = Some((met, ways));
     while let Some(mut ray) = next.take().or_else(|| scratch.deferred.pop()) {
-        let probe = Probe {
-            origin: ray.origin,
-            dir: ray.dir,
-            after: Key::after(0.0),
-            before: Key::before(f32::MAX),
-            start: ray.start,
-        };
-        let found = trace::<Nearest>(scene, &probe, &mut scratch.stack);
+        let (met, ways) = first.take().unwrap_or_else(|| {
+            let found = trace::<Nearest>(scene, &ray.probe(), &mut scratch.stack);
+            (found.map(|found| Met::of(scene, &ray, found)), &[])
+        });
         if scene.absorbs {
-            let length = found.map_or(f32::MAX, |found| found.key.t);
+            let length = met.as_ref().map_or(f32::MAX, |met| met.found.key.t);
             ray.weight *= ray.media.left_after(scene, length);
         }
-        let Some(found) = found else {
+        let Some(Met { surface, .. }) = met else {
             sum += ray.weight * sky(scene, ray.dir);
             continue;
         };
-        let mut surface = resolve(scene, &found, ray.origin, ray.dir);
-        surface.width = ray.width + spread * found.key.t;
-        let width = surface.width;
-        appear(scene, &found, &mut surface, ray.dir, width);
-        sum += ray.weight * local_light(scene, &surface, &ray, scratch);
+        sum += ray.weight * local_light(scene, &surface, &ray, ways, scratch);
         let (followed, deferred) = scatter(scene, &ray, &surface, scratch);
         next = followed;
         scratch.deferred.extend(deferred);

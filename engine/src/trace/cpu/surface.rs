@@ -6,7 +6,7 @@
 
 use glam::Vec3;
 
-use super::traverse::{Found, Start};
+use super::query::{Found, Start};
 use crate::frame::wire::{
     InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_MESH, KIND_PLANE, KIND_SPHERE, KIND_TORUS,
     MaterialRow,

@@ -348,9 +348,9 @@ impl PackedMesh {
     /// Positions of a triangle's corners.
     #[inline]
     pub fn corners(&self, triangle: &TriangleRow) -> [Vec3; 3] {
-        triangle
-            .corners
-            .map(|i| Vec3::from(self.vertices[i as usize].vector))
+        let [a, b, c] = triangle.corners;
+        let at = |i: u32| Vec3::from(self.vertices[i as usize].vector);
+        [at(a), at(b), at(c)]
     }
 
     /// Normals at a triangle's corners; none: it is flat.

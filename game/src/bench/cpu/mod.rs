@@ -15,7 +15,7 @@ use self::meshes::Plan;
 use super::dump;
 use super::rays::RaySet;
 use super::report::{Better, Report, Row};
-use super::timing::{median, pools};
+use super::timing::{median, pools, worked_seconds};
 use super::trace::kinds;
 use super::trace::rates::{flips, in_rows, kind_rows};
 use super::trace::stage::Stage;
@@ -76,7 +76,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
     Ok(Report {
         rows,
         remarks: vec![format!(
-            "rays of {}x{} pixels, in tiles of 8 x 8; 1t, {}t: threads; scaling: how many times the rate of one thread",
+            "rays of {}x{} pixels, in tiles of 8 x 8; 1t, {}t: threads; scaling: how many times the rate of one thread; rate_per_cpu: a second of a processor's work, whatever else runs",
             size.x,
             size.y,
             rayon::current_num_threads()
@@ -126,25 +126,34 @@ fn rates(
     tracer: &mut dyn Tracer,
 ) -> Result<Vec<Row>, Failure> {
     let mut millis = vec![vec![Vec::with_capacity(samples); sets.len()]; pools.len()];
+    let mut worked = millis.clone();
     for round in 0..WARM_UP + samples {
-        for (pool, of_pool) in pools.iter().zip(&mut millis) {
-            for (set, of_set) in sets.iter().zip(of_pool) {
+        for (number, pool) in pools.iter().enumerate() {
+            for (kind, set) in sets.iter().enumerate() {
+                let before = worked_seconds();
                 let taken = pool.install(|| tracer.time_rays(&set.rays, set.query, 1))?;
                 if round >= WARM_UP {
-                    of_set.extend(taken);
+                    millis[number][kind].extend(taken);
+                    let both = before.zip(worked_seconds());
+                    worked[number][kind].extend(both.map(|(from, to)| (to - from) * 1e3));
                 }
             }
         }
     }
     let mut rows = Vec::new();
-    for (pool, of_pool) in pools.iter().zip(&millis) {
+    for (number, pool) in pools.iter().enumerate() {
         let threads = pool.current_num_threads();
-        for (set, of_set) in sets.iter().zip(of_pool) {
-            rows.extend(kind_rows(
-                &format!("{name}.{threads}t.{}", set.kind),
-                set,
-                of_set,
-            ));
+        for (kind, set) in sets.iter().enumerate() {
+            let name = format!("{name}.{threads}t.{}", set.kind);
+            rows.extend(kind_rows(&name, set, &millis[number][kind]));
+            let worked = worked[number][kind].iter();
+            let rates: Vec<f64> = worked
+                .map(|millis| set.rays.len() as f64 / millis * 1e-3)
+                .collect();
+            if !rates.is_empty() {
+                let name = format!("{name}.rate_per_cpu");
+                rows.push(Row::sampled(name, "Mrays/s", Better::Higher, &rates));
+            }
         }
     }
     if let [one, .., all] = &millis[..] {
