@@ -17,6 +17,13 @@ use std::ops::{Add, Div, Mul, Sub};
 use std::sync::OnceLock;
 
 pub use self::portable::Portable;
+#[cfg(target_arch = "x86_64")]
+pub use self::x86::prefetch;
+
+/// Asks for the memory that something is in, where that can be asked for.
+#[cfg(not(target_arch = "x86_64"))]
+#[inline(always)]
+pub fn prefetch<T>(_: &T) {}
 
 /// Lanes.
 pub const LANES: usize = 16;

@@ -2,7 +2,7 @@
 
 use glam::Vec4;
 
-use super::simd::Instructions;
+use super::simd::{Instructions, prefetch};
 use crate::bvh::{Node4, TRAVERSAL_CAPACITY};
 
 /// Nodes still to visit and the distance at which a ray enters them. Kept from ray to ray.
@@ -34,6 +34,17 @@ impl Stack {
 }
 
 impl Stack {
+    /// Has the memory brought near of the nodes that were pushed since there were so many.
+    #[inline(always)]
+    pub fn ask_for(&self, since: usize, nodes: &[Node4]) {
+        for entry in self.entries.get(since..self.len).unwrap_or_default() {
+            // Leaves have numbers beyond those of nodes.
+            if let Some(node) = nodes.get(*entry as u32 as usize) {
+                prefetch(node);
+            }
+        }
+    }
+
     /// Takes the last: a node and where it is entered.
     #[inline(always)]
     pub fn pop(&mut self) -> (u32, f32) {

@@ -295,7 +295,9 @@ fn walk<'s, U: Until>(
                 let limits = (search.probe.after.t, reach(search.best.key.t));
                 let node = &nodes[node as usize];
                 let (near, entered) = enter(node, limits);
+                let below = stack.len;
                 if let Some(nearest) = stack.push_entered(node, near, entered) {
+                    stack.ask_for(below, nodes);
                     next = nearest;
                     continue;
                 }

@@ -27,3 +27,15 @@ mod avx512;
 
 pub use self::avx2::Avx2;
 pub use self::avx512::Avx512;
+
+/// Asks for the memory that something is in, so that it is near when it is read.
+#[inline(always)]
+pub fn prefetch<T>(of: &T) {
+    use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
+    let (first, last) = (std::ptr::from_ref(of).cast::<i8>(), size_of::<T>() - 1);
+    // SAFETY: SSE is everywhere here, and the addresses are those of the first and the last byte of something.
+    unsafe {
+        _mm_prefetch::<_MM_HINT_T0>(first);
+        _mm_prefetch::<_MM_HINT_T0>(first.add(last));
+    }
+}
