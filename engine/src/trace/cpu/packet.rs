@@ -66,7 +66,7 @@ impl Default for Packet {
 }
 
 /// [`trace`] of each of some rays, at most [`PACKET`]; their lower and upper ends must be ends of distances
-/// ([`Key::after`], [`Key::before`]).
+/// ([`super::query::Key::after`], [`super::query::Key::before`]).
 pub fn trace_all<U: Until>(
     scene: &PackedScene,
     probes: &[Probe],
