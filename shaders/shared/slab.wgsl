@@ -64,7 +64,8 @@ fn enter_children(node: u32, ray: TreeRay, least: f32, most: f32) -> Entered {
     let z_high = (plane(first + 5u) - growth(plane(first + 5u)) - ray.origin.z) * ray.inverse.z;
     let near = max(max(min(x_low, x_high), min(y_low, y_high)), max(min(z_low, z_high), vec4f(least)));
     let far = min(min(max(x_low, x_high), max(y_low, y_high)), min(max(z_low, z_high), vec4f(most)));
-    return farthest_first(near, near <= far, nodes[first + 6u]);
+    let children = nodes[first + 6u];
+    return farthest_first(near, (near <= far) & (children != vec4u(CHILD_NONE)), children);
 }
 #else
 // 1 + 4 ulp: the far side of a slab is widened by it (Ize 2013). Boxes are grown when they are built.
@@ -94,24 +95,24 @@ fn tree_ray(origin: vec3f, slack: vec3f, dir: vec3f) -> TreeRay {
 
 fn enter_children(node: u32, ray: TreeRay, least: f32, most: f32) -> Entered {
     let first = node * NODE_ROWS;
-    // Of three rows of least and three of greatest planes, those that boxes are entered by: asked of the direction at every node,
-    // as registers are dearer.
-    let near_row = select(vec3u(0u), vec3u(3u), ray.inverse < vec3f(0.0));
-    let x_near = plane(first + near_row.x);
-    let y_near = plane(first + 1u + near_row.y);
-    let z_near = plane(first + 2u + near_row.z);
-    let x_far = plane(first + 3u - near_row.x);
-    let y_far = plane(first + 4u - near_row.y);
-    let z_far = plane(first + 5u - near_row.z);
-    let near_xy = max(along(x_near, ray.inverse.x, ray.near_term.x), along(y_near, ray.inverse.y, ray.near_term.y));
-    let far_xy = min(along(x_far, ray.inverse.x, ray.far_term.x), along(y_far, ray.inverse.y, ray.far_term.y));
-    let near = max(near_xy, max(along(z_near, ray.inverse.z, ray.near_term.z), vec4f(least)));
-    let far = min(far_xy, along(z_far, ray.inverse.z, ray.far_term.z)) * FAR_WIDENING;
+    // Of three rows of least and three of greatest planes, those that boxes are entered by: by the directions' signs, asked at
+    // every node, as registers are dearer.
+    let near_row = 3u * (bitcast<vec3u>(ray.inverse) >> vec3u(31u));
+    let x_near = along(plane(first + near_row.x), ray.inverse.x, ray.near_term.x);
+    let y_near = along(plane(first + 1u + near_row.y), ray.inverse.y, ray.near_term.y);
+    let z_near = along(plane(first + 2u + near_row.z), ray.inverse.z, ray.near_term.z);
+    let x_far = along(plane(first + 3u - near_row.x), ray.inverse.x, ray.far_term.x);
+    let y_far = along(plane(first + 4u - near_row.y), ray.inverse.y, ray.far_term.y);
+    let z_far = along(plane(first + 5u - near_row.z), ray.inverse.z, ray.far_term.z);
+    let near = bitcast<vec4f>(max(max(x_near, y_near), max(z_near, vec4i(bitcast<i32>(least)))));
+    let far = bitcast<vec4f>(min(min(x_far, y_far), z_far)) * FAR_WIDENING;
     return farthest_first(near, near <= min(far, vec4f(most)), nodes[first + 6u]);
 }
 
-fn along(planes: vec4f, inverse: f32, term: f32) -> vec4f {
-    return fma(planes, vec4f(inverse), vec4f(term));
+// Distances as whole numbers, in whose order they are as long as they are not negative. What is negative is less than all that
+// are not, and which of two such numbers is the less matters to no box: none is entered before `least`, or left there.
+fn along(planes: vec4f, inverse: f32, term: f32) -> vec4i {
+    return bitcast<vec4i>(fma(planes, vec4f(inverse), vec4f(term)));
 }
 #endif
 
@@ -133,12 +134,13 @@ fn enter_spheres(node: u32, origin: vec3f, dir: vec3f, least: f32, most: f32) ->
     let half = (sqrt(max(inside, vec4f(0.0))) + slack) * inverseSqrt(a);
     let near = max(middle - half, vec4f(least));
     let reached = (inside >= vec4f(0.0)) & (near <= min(middle + half, vec4f(most)));
-    return farthest_first(near, reached, nodes[first + 6u]);
+    let children = nodes[first + 6u];
+    return farthest_first(near, reached & (children != vec4u(CHILD_NONE)), children);
 }
 
-// A sorting network of four, two comparisons at a time. What is not entered comes first, and is no child any more.
-fn farthest_first(nears: vec4f, are_reached: vec4<bool>, children: vec4u) -> Entered {
-    let are_entered = are_reached & (children != vec4u(CHILD_NONE));
+// A sorting network of four, two comparisons at a time. What is not entered comes first, and is no child any more. No ray enters
+// the box of a child that is not there: its least is the greatest number, and its greatest the least.
+fn farthest_first(nears: vec4f, are_entered: vec4<bool>, children: vec4u) -> Entered {
     let e = Entered(select(vec4f(FARTHEST), nears, are_entered), select(vec4u(CHILD_NONE), children, are_entered));
     let first = e.near.xz >= e.near.yw;
     let a = vec4f(max(e.near.xz, e.near.yw), min(e.near.xz, e.near.yw));

@@ -10,9 +10,9 @@
 #import orrery::types::MATERIAL_TRANSMITS
 #endif
 #import orrery::affine::{map_point, map_vector}
-#import orrery::slab::{TreeRay, enter_children, tree_ray}
+#import orrery::slab::{Entered, TreeRay, enter_children, tree_ray}
 #ifdef SPHERE_TREES
-#import orrery::slab::{Entered, enter_spheres}
+#import orrery::slab::enter_spheres
 #endif
 #ifdef MESHES
 #import orrery::triangle::{Shear, hit_triangle, make_shear}
@@ -82,6 +82,10 @@ struct Found {
     uv: vec2f,
 }
 
+// Of a leaf: how many triangles there are beside its first, and what leads to the leaf without that one.
+const LEAF_REST: u32 = ~(CHILD_LEAF | LEAF_FIRST_MASK);
+const NEXT_TRIANGLE: u32 = (1u << LEAF_COUNT_SHIFT) - 1u;
+
 const STACK: u32 = #{STACK}u;
 // Private rather than local: cleared once an invocation, not once a ray. Slots alone, without the distances
 // at which their boxes begin: testing a box in vain costs less than a second array (measured, 4.4 times).
@@ -147,46 +151,81 @@ fn trace_planes(probe: Probe, so_far: Found) -> Found {
 }
 #endif
 
-// The ray for the tree over instances, whose boxes are about an anchor.
-fn instance_tree_ray(probe: Probe) -> TreeRay {
+// A ray in the space of a tree.
+struct Walk {
+    ray: TreeRay,
+    // Node of the tree's root; its slots count from there.
+    root: u32,
+    origin: vec3f,
+#ifdef MESHES
+    // NONE in the tree over instances.
+    mesh: u32,
+    shear: Shear,
+#endif
+#ifdef SPHERE_TREES
+    in_spheres: bool,
+    dir: vec3f,
+#endif
+}
+
+#ifdef INSTANCES
+// In the tree over instances, whose boxes are about an anchor.
+fn walk_instances(probe: Probe) -> Walk {
+    var walk: Walk;
     let slack = (abs(probe.origin) + abs(view.eye_from_anchor)) * ORIGIN_SLACK;
-    return tree_ray(probe.origin + view.eye_from_anchor, slack, probe.dir);
+    walk.ray = tree_ray(probe.origin + view.eye_from_anchor, slack, probe.dir);
+    walk.root = view.root;
+#ifdef MESHES
+    walk.mesh = NONE;
+#endif
+    return walk;
+}
+#endif
+
+#ifdef MESHES
+// In the tree of a mesh.
+fn walk_mesh(probe: Probe, row: u32) -> Walk {
+    var walk: Walk;
+    let rows = instances[row].local_from_world;
+    let dir = map_vector(rows, probe.dir);
+    walk.origin = map_point(rows, probe.origin);
+    walk.ray = tree_ray(walk.origin, vec3f(0.0), dir);
+    walk.shear = make_shear(dir);
+    walk.root = instances[row].root & ~ROOT_OF_SPHERES;
+    walk.mesh = row;
+#ifdef SPHERE_TREES
+    walk.in_spheres = walk.root != instances[row].root;
+    walk.dir = dir;
+#endif
+    return walk;
+}
+#endif
+
+fn enter(walk: Walk, slot: u32, least: f32, most: f32) -> Entered {
+#ifdef SPHERE_TREES
+    if walk.in_spheres {
+        return enter_spheres(walk.root + slot, walk.origin, walk.dir, least, most);
+    }
+#endif
+    return enter_children(walk.root + slot, walk.ray, least, most);
 }
 
 // One loop over both levels: at a mesh the ray and the tree are changed for the mesh's, and changed back
-// once the stack has shrunk to where it was.
+// once the stack has shrunk to where it was. A scene that is one mesh has one level.
 fn trace_trees(probe: Probe, so_far: Found) -> Found {
     var best = so_far;
-    var ray = instance_tree_ray(probe);
-    var root = view.root;
     var depth = 0u;
-    var slot = 0u;
-    var origin = probe.origin;
-    if (view.root & CHILD_LEAF) != 0u {
-        slot = view.root;
-    }
-#ifdef MESHES
-    var mesh = NONE;
+#ifdef INSTANCES
+    var walk = walk_instances(probe);
     var floor_depth = 0u;
-    var shear: Shear;
-#endif
-#ifdef SPHERE_TREES
-    var in_spheres = false;
-    var local_dir = probe.dir;
+    var slot = select(0u, view.root, (view.root & CHILD_LEAF) != 0u);
+#else
+    let walk = walk_mesh(probe, view.root & LEAF_FIRST_MASK);
+    var slot = 0u;
 #endif
     loop {
         if (slot & CHILD_LEAF) == 0u {
-            let reach = best.key.t * REACH;
-#ifdef SPHERE_TREES
-            var entered: Entered;
-            if in_spheres {
-                entered = enter_spheres(root + slot, origin, local_dir, probe.after.t, reach);
-            } else {
-                entered = enter_children(root + slot, ray, probe.after.t, reach);
-            }
-#else
-            let entered = enter_children(root + slot, ray, probe.after.t, reach);
-#endif
+            let entered = enter(walk, slot, probe.after.t, best.key.t * REACH);
             if entered.slot.w != CHILD_NONE {
                 depth = push(depth, entered.slot.x);
                 depth = push(depth, entered.slot.y);
@@ -195,48 +234,46 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
                 continue;
             }
         } else {
-            let first = slot & LEAF_FIRST_MASK;
+#ifdef INSTANCES
 #ifdef MESHES
-            if mesh != NONE {
-                let count = ((slot & ~CHILD_LEAF) >> LEAF_COUNT_SHIFT) + 1u;
-                best = offer_triangles(probe, best, mesh, shear, origin, first, count);
-            } else if instances[first].kind == KIND_MESH {
-                let rows = instances[first].local_from_world;
-                let dir = map_vector(rows, probe.dir);
-                origin = map_point(rows, probe.origin);
-                ray = tree_ray(origin, vec3f(0.0), dir);
-                shear = make_shear(dir);
-                root = instances[first].root & ~ROOT_OF_SPHERES;
-#ifdef SPHERE_TREES
-                in_spheres = root != instances[first].root;
-                local_dir = dir;
-#endif
-                mesh = first;
-                floor_depth = depth;
-                slot = 0u;
-                continue;
+            if walk.mesh == NONE {
+                let row = slot & LEAF_FIRST_MASK;
+                if instances[row].kind == KIND_MESH {
+                    walk = walk_mesh(probe, row);
+                    floor_depth = depth;
+                    slot = 0u;
+                    continue;
+                }
+                best = offer_solid(probe, best, row);
             } else {
-                best = offer_solid(probe, best, first);
+                best = offer_triangle(probe, best, walk, slot & LEAF_FIRST_MASK);
             }
 #else
-            best = offer_solid(probe, best, first);
+            best = offer_solid(probe, best, slot & LEAF_FIRST_MASK);
+#endif
+#else
+            best = offer_triangle(probe, best, walk, slot & LEAF_FIRST_MASK);
 #endif
             if ends(probe, best) {
                 return best;
             }
+#ifdef MESHES
+            if (slot & LEAF_REST) != 0u {
+                // The same leaf from its next triangle on.
+                slot -= NEXT_TRIANGLE;
+                continue;
+            }
+#endif
         }
         if depth == 0u {
             break;
         }
+#ifdef INSTANCES
 #ifdef MESHES
-        if mesh != NONE && depth == floor_depth {
-            mesh = NONE;
-            root = view.root;
-            ray = instance_tree_ray(probe);
-#ifdef SPHERE_TREES
-            in_spheres = false;
-#endif
+        if walk.mesh != NONE && depth == floor_depth {
+            walk = walk_instances(probe);
         }
+#endif
 #endif
         depth -= 1u;
         slot = stack[depth];
@@ -252,23 +289,21 @@ fn push(depth: u32, slot: u32) -> u32 {
 }
 
 #ifdef MESHES
-fn offer_triangles(probe: Probe, so_far: Found, mesh: u32, shear: Shear, origin: vec3f, first: u32, count: u32) -> Found {
-    var best = so_far;
-    let base = instances[mesh].first_triangle + first;
-    for (var index = base; index < base + count; index++) {
-        let prim = triangles[index].prim;
-        let hit = hit_triangle(shear, origin, triangles[index].a, triangles[index].b, triangles[index].c);
-        let starts_on = probe.start_row == mesh && probe.start_prim == prim;
-        if hit.hits && !starts_on {
-#ifdef CUTOUTS
-            if hit.t <= best.key.t && is_hole(mesh, index, vec2f(hit.u, hit.v)) {
-                continue;
-            }
-#endif
-            best = offer(probe, best, Found(Key(hit.t, mesh, prim), mesh, index, vec2f(hit.u, hit.v)));
-        }
+// A triangle of the mesh that is walked, by its place in the order of leaves.
+fn offer_triangle(probe: Probe, best: Found, walk: Walk, place: u32) -> Found {
+    let mesh = walk.mesh;
+    let index = instances[mesh].first_triangle + place;
+    let prim = triangles[index].prim;
+    let hit = hit_triangle(walk.shear, walk.origin, triangles[index].a, triangles[index].b, triangles[index].c);
+    if !hit.hits || (probe.start_row == mesh && probe.start_prim == prim) {
+        return best;
     }
-    return best;
+#ifdef CUTOUTS
+    if hit.t <= best.key.t && is_hole(mesh, index, vec2f(hit.u, hit.v)) {
+        return best;
+    }
+#endif
+    return offer(probe, best, Found(Key(hit.t, mesh, prim), mesh, index, vec2f(hit.u, hit.v)));
 }
 #endif
 

@@ -4,7 +4,7 @@ use orrery_engine::frame::{Features, Kernels};
 use orrery_engine::trace::gpu::{Kernel, Specialisation, shader_source};
 
 /// Number of switches in [`Features`].
-const SWITCHES: u32 = 23;
+const SWITCHES: u32 = 24;
 
 /// The features whose bits are set.
 fn features(bits: u32) -> Features {
@@ -33,6 +33,7 @@ fn features(bits: u32) -> Features {
         curved: bit(20),
         sky: bit(21),
         panorama: bit(22),
+        instances: bit(23),
     }
 }
 

@@ -16,6 +16,8 @@ pub struct Features {
     pub smooth_normals: bool,
     /// There are triangle meshes or polygons.
     pub meshes: bool,
+    /// There is something beside one mesh, so rays go from one thing to another: a level of trees more than that mesh's own.
+    pub instances: bool,
     /// Some mesh is traced with a tree of spheres.
     pub sphere_trees: bool,
     /// There are spheres.
@@ -66,6 +68,7 @@ impl Features {
         ("transmission", |f| &mut f.transmission),
         ("smooth_normals", |f| &mut f.smooth_normals),
         ("meshes", |f| &mut f.meshes),
+        ("instances", |f| &mut f.instances),
         ("sphere_trees", |f| &mut f.sphere_trees),
         ("spheres", |f| &mut f.spheres),
         ("planes", |f| &mut f.planes),
@@ -116,6 +119,12 @@ impl Features {
         let mut needs = Self::default();
         needs.find_sky(scene);
         for instance in scene.instances.iter() {
+            needs.instances |= match instance.shape {
+                Shape::Vacant | Shape::Plane { .. } => false,
+                // The second.
+                Shape::Mesh(_) => needs.meshes,
+                _ => true,
+            };
             match instance.shape {
                 Shape::Vacant => continue,
                 Shape::Mesh(mesh) => {

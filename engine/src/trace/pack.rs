@@ -35,9 +35,9 @@ use self::instances::PackedInstances;
 use self::mesh::{Arenas, Place};
 use self::rows::{light_row, material_row, view_row};
 use super::PassTime;
-use crate::bvh::{Node4, Rebuilder, TreeAction};
+use crate::bvh::{LEAF_FIRST_MASK, Node4, Rebuilder, TreeAction};
 use crate::frame::wire::{
-    GENERATIONS_CAPACITY, InstanceRow, LightRow, MATERIAL_TRANSMITS, MaterialRow, NONE,
+    GENERATIONS_CAPACITY, InstanceRow, KIND_MESH, LightRow, MATERIAL_TRANSMITS, MaterialRow, NONE,
     PlacedTriangleRow, VertexRow, ViewRow,
 };
 use crate::frame::{Features, FrameScene, Kernels, Skip, Skips, TraceSettings};
@@ -245,6 +245,13 @@ impl PackedScene {
         self.absorbs = scene.features.absorption;
         self.has_curved = scene.features.curved;
         self.has_sky = scene.features.sky;
+    }
+
+    /// Whether a ray that looks for anything but planes begins at a mesh, and finds nothing else.
+    pub fn is_one_mesh(&self) -> bool {
+        let row = self.instances.alone().map(|leaf| leaf & LEAF_FIRST_MASK);
+        let row = row.and_then(|row| self.instances.rows.get(row as usize));
+        row.is_some_and(|row| row.kind == KIND_MESH)
     }
 
     fn make_view(&self, scene: &FrameScene, settings: &TraceSettings) -> ViewRow {

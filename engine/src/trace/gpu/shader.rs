@@ -221,6 +221,8 @@ impl Specialisation {
             ("COUNTS", self.counts),
             ("SMOOTH_NORMALS", f.smooth_normals),
             ("MESHES", f.meshes),
+            // Where nothing is a mesh, everything is beside one.
+            ("INSTANCES", f.instances || !f.meshes),
             ("SPHERE_TREES", f.sphere_trees),
             ("SPHERES", f.spheres),
             ("PLANES", f.planes),

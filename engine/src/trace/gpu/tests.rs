@@ -116,6 +116,58 @@ fn lose(gpu: &Gpu) {
     let _ = gpu.device.poll(wgpu::PollType::Poll);
 }
 
+/// What one level of trees leaves out when a scene is one mesh, and only then: the picture is the general kernel's.
+#[test]
+fn a_mesh_alone_is_walked_without_a_tree_over_instances() {
+    let mut tracer = GpuTracer::new(open()).expect("a tracer");
+    let mut general = GpuTracer::new(open()).expect("a tracer");
+    let all = TraceSettings {
+        skips: Skips::ALL.without(Skip::Kernels),
+        ..settings(64)
+    };
+    let mut scene = scene(300, 3);
+    let turned = DAffine3::from_rotation_z(0.4) * DAffine3::from_scale(DVec3::new(1.0, 0.5, 2.0));
+    scene.instances.edit(|instance| {
+        if matches!(instance.shape, Shape::Mesh(_)) {
+            instance.world_from_local = instance.world_from_local * turned;
+        }
+    });
+    let ball = Shape::Sphere { radius: 0.3 };
+    let ground = Shape::Plane {
+        normal: DVec3::Y,
+        distance: -1.0,
+    };
+    let beside = [
+        (Shape::Vacant, false),
+        (ball, true),
+        (Shape::Vacant, false),
+        (ground, false),
+        (Shape::Mesh(0), true),
+        (Shape::Vacant, false),
+    ];
+    for (shape, is_more) in beside {
+        scene.instances.edit(|instance| {
+            if instance.material == 1 {
+                instance.shape = shape;
+            }
+        });
+        scene.features = Features::of(&scene);
+        assert_eq!(scene.features.instances, is_more, "{shape:?}");
+        let seen = picture(&mut tracer, &scene, &settings(64)).expect("a picture");
+        let missing = Features::NAMED.len() - scene.features.count();
+        assert_eq!(
+            tracer.counters().missing_features,
+            missing as u64,
+            "{shape:?}"
+        );
+        let right = picture(&mut general, &scene, &all).expect("a picture");
+        let pixels = seen.pixels.iter().zip(&right.pixels);
+        let off = pixels.filter(|(a, b)| (**a - **b).abs().max_element() > 1e-4);
+        assert_eq!(off.count(), 0, "beside {shape:?}");
+        assert!(seen.pixels.iter().any(|pixel| *pixel != seen.pixels[0]));
+    }
+}
+
 #[test]
 fn after_a_loss_the_picture_is_the_one_before_bit_for_bit() {
     for scene in [scene(300, 20), scene(300, 9000), ground()] {

@@ -207,6 +207,8 @@ impl Tracer for GpuTracer {
         self.counters.tree_nodes = self.packed.tree_nodes_written();
         let generations = self.packed.view.max_generations;
         let mut features = scene.features;
+        // A tree that had more in it may still have another form.
+        features.instances |= !self.packed.is_one_mesh();
         let missing = Features::NAMED.len() - features.count();
         self.counters.missing_features = missing as u64;
         if !settings.skips.has(Skip::Kernels) {

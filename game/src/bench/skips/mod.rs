@@ -272,7 +272,8 @@ fn needs(feature: &str) -> &'static [&'static str] {
         "normal_maps" => &["textures"],
         "cutouts" => &["textures"],
         "panorama" => &["sky"],
-        "open_cones" => &["cones"],
+        "open_cones" => &["cones", "instances"],
+        "spheres" | "sphere_trees" | "cuboids" | "discs" | "cones" | "tori" => &["instances"],
         _ => &[],
     }
 }
