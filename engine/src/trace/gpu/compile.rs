@@ -98,9 +98,9 @@ fn module_of(gpu: &Gpu, kernel: Kernel, source: String) -> wgpu::ShaderModule {
         force_loop_bounding: false,
         ..wgpu::ShaderRuntimeChecks::checked()
     };
-    // SAFETY: every loop of our kernels ends, and what comes from elsewhere promises the same (`HandKernel`). Walks visit each node of a tree and each triangle of a leaf at most
-    // once, and builders name each node by one slot; rounds of a shadow ray have ever greater keys;
-    // a path's generations and straight crossings are counted; all other loops count to a number of rows.
+    // SAFETY: every loop of our kernels ends, and what comes from elsewhere promises the same (`HandKernel`). Walks visit each
+    // node of a tree, and each triangle of a leaf, at most once, and builders name each node by one slot; rounds of a shadow ray
+    // have ever greater keys; a path's generations and straight crossings are counted; all other loops count to a number of rows.
     #[allow(unsafe_code)]
     unsafe {
         gpu.device.create_shader_module_trusted(descriptor, checks)

@@ -129,7 +129,7 @@ fn a_mesh_alone_is_walked_without_a_tree_over_instances() {
     let turned = DAffine3::from_rotation_z(0.4) * DAffine3::from_scale(DVec3::new(1.0, 0.5, 2.0));
     scene.instances.edit(|instance| {
         if matches!(instance.shape, Shape::Mesh(_)) {
-            instance.world_from_local = instance.world_from_local * turned;
+            instance.world_from_local *= turned;
         }
     });
     let ball = Shape::Sphere { radius: 0.3 };
