@@ -210,8 +210,29 @@ fn enter(walk: Walk, slot: u32, least: f32, most: f32) -> Entered {
     return enter_children(walk.root + slot, walk.ray, least, most);
 }
 
-// One loop over both levels: at a mesh the ray and the tree are changed for the mesh's, and changed back
-// once the stack has shrunk to where it was. A scene that is one mesh has one level.
+#ifdef INSTANCES
+// Whether a slot is a leaf of the tree over instances.
+fn is_instance(walk: Walk, slot: u32) -> bool {
+#ifdef MESHES
+    if walk.mesh != NONE {
+        return false;
+    }
+#endif
+    return (slot & CHILD_LEAF) != 0u;
+}
+#endif
+
+#ifdef MESHES
+// Whether a slot is a leaf, or the rest of one, of a mesh's tree.
+fn is_triangle(walk: Walk, slot: u32) -> bool {
+    return walk.mesh != NONE && (slot & CHILD_LEAF) != 0u && slot != CHILD_NONE;
+}
+#endif
+
+// One loop over both levels: at a mesh the ray and the tree are changed for the mesh's, and changed back once the stack has
+// shrunk to where it was. A scene that is one mesh has one level. In a turn a ray may take a slot off the stack, go into an
+// instance, a node and a triangle, one after the other: rays side by side take every step that any of them takes, so a ray
+// that took only one of them a turn would idle through the others.
 fn trace_trees(probe: Probe, so_far: Found) -> Found {
     var best = so_far;
     var depth = 0u;
@@ -224,59 +245,57 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
     var slot = 0u;
 #endif
     loop {
-        if (slot & CHILD_LEAF) == 0u {
-            let entered = enter(walk, slot, probe.after.t, best.key.t * REACH);
-            if entered.slot.w != CHILD_NONE {
-                depth = push(depth, entered.slot.x);
-                depth = push(depth, entered.slot.y);
-                depth = push(depth, entered.slot.z);
-                slot = entered.slot.w;
-                continue;
+        if slot == CHILD_NONE {
+            if depth == 0u {
+                break;
             }
-        } else {
 #ifdef INSTANCES
 #ifdef MESHES
-            if walk.mesh == NONE {
-                let row = slot & LEAF_FIRST_MASK;
-                if instances[row].kind == KIND_MESH {
-                    walk = walk_mesh(probe, row);
-                    floor_depth = depth;
-                    slot = 0u;
-                    continue;
-                }
-                best = offer_solid(probe, best, row);
+            if walk.mesh != NONE && depth == floor_depth {
+                walk = walk_instances(probe);
+            }
+#endif
+#endif
+            depth -= 1u;
+            slot = stack[depth];
+        }
+#ifdef INSTANCES
+        if is_instance(walk, slot) {
+            let row = slot & LEAF_FIRST_MASK;
+            slot = CHILD_NONE;
+#ifdef MESHES
+            if instances[row].kind == KIND_MESH {
+                walk = walk_mesh(probe, row);
+                floor_depth = depth;
+                slot = 0u;
             } else {
-                best = offer_triangle(probe, best, walk, slot & LEAF_FIRST_MASK);
+                best = offer_solid(probe, best, row);
             }
 #else
-            best = offer_solid(probe, best, slot & LEAF_FIRST_MASK);
-#endif
-#else
-            best = offer_triangle(probe, best, walk, slot & LEAF_FIRST_MASK);
+            best = offer_solid(probe, best, row);
 #endif
             if ends(probe, best) {
                 return best;
             }
+        }
+#endif
+        if (slot & CHILD_LEAF) == 0u {
+            let entered = enter(walk, slot, probe.after.t, best.key.t * REACH);
+            depth = push(depth, entered.slot.x);
+            depth = push(depth, entered.slot.y);
+            depth = push(depth, entered.slot.z);
+            slot = entered.slot.w;
+        }
 #ifdef MESHES
-            if (slot & LEAF_REST) != 0u {
-                // The same leaf from its next triangle on.
-                slot -= NEXT_TRIANGLE;
-                continue;
+        if is_triangle(walk, slot) {
+            best = offer_triangle(probe, best, walk, slot & LEAF_FIRST_MASK);
+            if ends(probe, best) {
+                return best;
             }
-#endif
-        }
-        if depth == 0u {
-            break;
-        }
-#ifdef INSTANCES
-#ifdef MESHES
-        if walk.mesh != NONE && depth == floor_depth {
-            walk = walk_instances(probe);
+            // The same leaf from its next triangle on, or none.
+            slot = select(CHILD_NONE, slot - NEXT_TRIANGLE, (slot & LEAF_REST) != 0u);
         }
 #endif
-#endif
-        depth -= 1u;
-        slot = stack[depth];
     }
     return best;
 }

@@ -84,14 +84,14 @@ fn hit_triangle(ray: Shear, origin: vec3f, corner_a: vec3f, corner_b: vec3f, cor
     let c = permute(corner_c - origin, ray.axis);
     let x = fma(vec3f(-ray.shear.x), vec3f(a.z, b.z, c.z), vec3f(a.x, b.x, c.x));
     let y = fma(vec3f(-ray.shear.y), vec3f(a.z, b.z, c.z), vec3f(a.y, b.y, c.y));
-    // Of a triangle without area the signs below are noise: they hold all along its line. See the twin.
-    if apart(x) || apart(y) {
-        return TriangleHit(false, 0.0, 0.0, 0.0);
-    }
     let plus = x.zxy * y.yzx;
     let minus = y.zxy * x.yzx;
     let front = all(plus >= minus);
     if !front && !all(plus <= minus) {
+        return TriangleHit(false, 0.0, 0.0, 0.0);
+    }
+    // Of a triangle without area the signs above are noise: they hold all along its line. Asked of those few that passed; see the twin.
+    if apart(x) || apart(y) {
         return TriangleHit(false, 0.0, 0.0, 0.0);
     }
     let difference = plus - minus;
