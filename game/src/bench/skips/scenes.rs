@@ -141,6 +141,7 @@ mod tests {
             let expected = Features {
                 meshes: kind == Kind::Triangles,
                 spheres: kind != Kind::Triangles,
+                instances: kind != Kind::Triangles,
                 reflection: kind == Kind::Mirrors,
                 ..Features::default()
             };
