@@ -53,6 +53,33 @@ fn one_by_one(tracer: &mut CpuTracer, rays: &[Ray], query: Query) -> Vec<Hit> {
 }
 
 #[test]
+fn a_ray_that_is_no_number_takes_none_along() {
+    let scene = random_scene(2, 80);
+    let rays = bundles(&mut Random::new(5), 128);
+    for instructions in Instructions::all() {
+        let mut tracer = ready(instructions, &scene, UVec2::ONE);
+        let right = tracer.intersect(&rays, Query::Closest).expect("answers");
+        assert!(right.iter().any(|hit| *hit != Hit::MISS));
+        for broken in [f32::NAN, f32::INFINITY] {
+            let mut some = rays.clone();
+            for (bundle, rays) in some.chunks_mut(64).enumerate() {
+                // In every lane of some bundle, and in the last of many.
+                rays[63 - bundle % 64].dir.z = broken;
+            }
+            let hits = tracer.intersect(&some, Query::Closest).expect("answers");
+            for (ray, (hit, right)) in hits.iter().zip(&right).enumerate() {
+                let is_broken = ray % 64 == 63 - ray / 64 % 64;
+                assert!(
+                    is_broken || hit == right,
+                    "ray {ray}, {}",
+                    instructions.name()
+                );
+            }
+        }
+    }
+}
+
+#[test]
 fn packets_find_what_single_rays_find() {
     for seed in 0..12 {
         let scene = random_scene(seed, 80);

@@ -4,7 +4,7 @@
 
 use glam::{Vec3, Vec4};
 
-use crate::bvh::Node4;
+use crate::bvh::{CHILD_NONE, Node4};
 use crate::geom::{FAR_WIDENING, SlabRay};
 
 /// 2^-19: what the test of a sphere errs by, of the distance to its centre.
@@ -53,7 +53,10 @@ pub fn enter_bare_boxes(node: &Node4, slab: &SlabRay, (from, to): (f32, f32)) ->
     let (near_z, far_z) = axis(&node.min_z, &node.max_z, 2);
     let near = near_x.max(near_y).max(near_z.max(Vec4::splat(from)));
     let far = far_x.min(far_y).min(far_z.min(Vec4::splat(to)));
-    (near, near.cmple(far).bitmask())
+    // Sides that are the wrong way round are turned here: what is not there would be entered.
+    let there = (0..4).filter(|&slot| node.children[slot] != CHILD_NONE);
+    let there = there.fold(0, |mask, slot| mask | 1 << slot);
+    (near, near.cmple(far).bitmask() & there)
 }
 
 /// The same of spheres: centre in `min_x`, `min_y`, `min_z`, radius in `max_x`.

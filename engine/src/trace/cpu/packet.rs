@@ -2,9 +2,10 @@
 //!
 //! After Overbeck, Ramamoorthi and Mark, "Large Ray Packets for Real-time Whitted Ray Tracing" (2008), with bounds in the
 //! place of first active rays: a node costs the same for one ray and for all, and at leaves the groups of sixteen that miss
-//! the box are left out. What a packet finds is, bit for bit, what [`trace`] finds for each ray: boxes are only left out
-//! that no ray enters, triangles are met by the same arithmetic, and hits are ordered by the same key. Where rays turn out
-//! not to be alike, they go on one by one, from the best that was found.
+//! the box are left out. What a packet finds is, bit for bit, what [`trace`] finds for each ray (of hits that end a search,
+//! which one depends on the order, but not whether there is one): boxes are only left out that no ray enters, triangles are
+//! met by the same arithmetic, and hits are ordered by the same key. Where rays turn out not to be alike, they go on one by
+//! one, from the best that was found.
 
 use std::marker::PhantomData;
 
@@ -98,14 +99,15 @@ pub fn trace_all<U: Until>(
     }
 }
 
-/// Whether directions are near each other.
+/// Whether directions are near each other, and nothing is in a ray that would leave the bounds of all without meaning.
 fn are_alike(probes: &[Probe]) -> bool {
     const LEAST_COSINE: f32 = 0.94;
     let first = probes[probes.len() / 2].dir;
     let limit = LEAST_COSINE * LEAST_COSINE * first.length_squared();
-    probes.iter().step_by(5).all(|probe| {
+    probes.iter().all(|probe| {
+        let is_finite = probe.origin.is_finite() && probe.dir.is_finite();
         let cosine = first.dot(probe.dir);
-        cosine > 0.0 && cosine * cosine >= limit * probe.dir.length_squared()
+        is_finite && cosine > 0.0 && cosine * cosine >= limit * probe.dir.length_squared()
     })
 }
 
@@ -183,7 +185,8 @@ impl<U: Until> Work for Walk<'_, U> {
     fn run<S: Simd>(mut self, simd: S) -> bool {
         self.note_reach(simd);
         if self.scene.view.first_plane != NONE {
-            self.one_by_one(simd, ALL, |search, _| search.planes());
+            self.one_by_one(ALL, |search, _| search.planes());
+            self.note_reach(simd);
         }
         let nodes = self.scene.instance_nodes();
         if nodes.is_empty() {
@@ -295,9 +298,8 @@ impl<'a, U: Until> Walk<'a, U> {
     }
 
     /// Searches by itself for each active lane of some groups.
-    fn one_by_one<S: Simd>(
+    fn one_by_one(
         &mut self,
-        simd: S,
         groups: u32,
         mut search: impl FnMut(&mut Search<'_, U>, &mut Stack) -> bool,
     ) {
@@ -317,7 +319,6 @@ impl<'a, U: Until> Walk<'a, U> {
                 }
             }
         }
-        self.note_reach(simd);
     }
 
     /// Whether to go on.
@@ -327,7 +328,8 @@ impl<'a, U: Until> Walk<'a, U> {
         if row.kind == KIND_MESH && row.root & ROOT_OF_SPHERES == 0 {
             return self.mesh(simd, index, row, groups);
         }
-        self.one_by_one(simd, groups, |search, stack| search.instance(index, stack));
+        self.one_by_one(groups, |search, stack| search.instance(index, stack));
+        self.note_reach(simd);
         true
     }
 
@@ -346,7 +348,8 @@ impl<'a, U: Until> Walk<'a, U> {
         }
         let beam = Beam::new(&bounds);
         let Some(axes) = axes.filter(|_| are_one && beam.is_one_way) else {
-            self.one_by_one(simd, groups, |search, stack| search.instance(id, stack));
+            self.one_by_one(groups, |search, stack| search.instance(id, stack));
+            self.note_reach(simd);
             return true;
         };
         let mesh = self.scene.mesh(row);

@@ -37,6 +37,11 @@ impl Pace {
         self.samples
     }
 
+    /// Whether dispatches are smaller than those of a device that is not known yet.
+    pub fn is_slow(&self) -> bool {
+        self.samples < AT_FIRST
+    }
+
     /// What pictures of now are to be noted with.
     pub fn epoch(&self) -> u64 {
         self.epoch

@@ -15,8 +15,9 @@ use crate::trace::{PictureTime, TraceError};
 
 /// Where a device tells no times, one picture of so many is waited for.
 const WAITED_FOR: u64 = 8;
-/// Parts of the list of edges beyond which it is asked how long the list is.
-const MOST_UNASKED: u64 = 64;
+/// Parts of the list of edges from which on a slow device is asked how long the list is: each part is a submission, and asking
+/// waits for those before.
+const MANY_PASSES: u64 = 65;
 
 /// Passes, and where in the picture they are.
 struct Batch {
@@ -79,8 +80,8 @@ impl GpuTracer {
             self.submit(special, &canvas, &first, traced)?;
             if has_edges {
                 let listed = match most_edge_passes(view, most) {
-                    ..=MOST_UNASKED => view.width * view.height,
-                    _ => self.listed()?,
+                    MANY_PASSES.. if self.pace.is_slow() => self.listed()?,
+                    _ => view.width * view.height,
                 };
                 let edges = Batch {
                     passes: edge_passes(view, listed, most),

@@ -162,7 +162,7 @@ fn a_mesh_alone_is_walked_without_a_tree_over_instances() {
         );
         let right = picture(&mut general, &scene, &all).expect("a picture");
         let pixels = seen.pixels.iter().zip(&right.pixels);
-        let off = pixels.filter(|(a, b)| (**a - **b).abs().max_element() > 1e-4);
+        let off = pixels.filter(|(a, b)| (**a - **b).abs().max_element() > 1.5e-5);
         assert_eq!(off.count(), 0, "beside {shape:?}");
         assert!(seen.pixels.iter().any(|pixel| *pixel != seen.pixels[0]));
     }

@@ -146,7 +146,8 @@ fn rates(
         for (kind, set) in sets.iter().enumerate() {
             let name = format!("{name}.{threads}t.{}", set.kind);
             rows.extend(kind_rows(&name, set, &millis[number][kind]));
-            let worked = worked[number][kind].iter();
+            // The system may not have counted a short job's work yet.
+            let worked = worked[number][kind].iter().filter(|&&millis| millis > 0.0);
             let rates: Vec<f64> = worked
                 .map(|millis| set.rays.len() as f64 / millis * 1e-3)
                 .collect();

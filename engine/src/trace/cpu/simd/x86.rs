@@ -32,7 +32,10 @@ pub use self::avx512::Avx512;
 #[inline(always)]
 pub fn prefetch<T>(of: &T) {
     use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-    let (first, last) = (std::ptr::from_ref(of).cast::<i8>(), size_of::<T>() - 1);
+    let (first, last) = (
+        std::ptr::from_ref(of).cast::<i8>(),
+        size_of::<T>().saturating_sub(1),
+    );
     // SAFETY: SSE is everywhere here, and the addresses are those of the first and the last byte of something.
     unsafe {
         _mm_prefetch::<_MM_HINT_T0>(first);
