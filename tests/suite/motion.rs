@@ -269,8 +269,8 @@ fn where_nothing_changes_nothing_is_done() {
             };
             assert_eq!(counted, nothing, "{backend}, {frame}");
         }
-        // A tree may be found due for a new one, by how long tracing took: not in each of these frames.
-        let bytes = [700; 8].map(|place| {
+        // A tree may be found due for a new one, by how long tracing took: not in most of these frames.
+        let mut bytes = [700; 8].map(|place| {
             let mut spheres = engine.world.query::<(&Sphere, &mut Transform)>();
             let moved = spheres.iter_mut(&mut engine.world).nth(place);
             moved.expect("there are more").1.translation.y += 0.01;
@@ -279,11 +279,12 @@ fn where_nothing_changes_nothing_is_done() {
             assert_eq!(one.trees_updated, 1, "{backend}");
             one.bytes_uploaded
         });
-        let least = bytes.into_iter().min().expect("frames");
+        bytes.sort_unstable();
+        let median = bytes[bytes.len() / 2];
         if backend == Backend::Gpu {
             assert!(
-                (128..4096).contains(&least),
-                "{least} bytes for one of 2,000"
+                (128..4096).contains(&median),
+                "{median} bytes for one of 2,000"
             );
         }
     }
