@@ -43,6 +43,14 @@ impl Default for Time {
     }
 }
 
+impl Time {
+    /// The frame of the scene that is shown.
+    pub fn number(&self) -> u64 {
+        // Rounded: 7/30 s times 30 is a little less than 7.
+        (self.secs * self.frames_per_sec + 1e-6) as u64
+    }
+}
+
 /// Wall time of the last frame's start.
 #[derive(Resource, Clone, Copy, Debug)]
 struct LastFrame(std::time::Instant);

@@ -12,6 +12,7 @@ use orrery_engine::time::Time;
 use orrery_engine::window::{WindowError, WindowOptions, display_available, run as run_window};
 
 use crate::args::{Common, WindowArgs};
+use crate::assets::find_scene;
 use crate::failure::Failure;
 use crate::output::{note, say};
 use crate::profile_log::ProfileLog;
@@ -49,6 +50,7 @@ pub fn run(
         title: scene
             .file_stem()
             .map_or(defaults.title, |stem| stem.to_string_lossy().into_owned()),
+        file: find_scene(scene).ok(),
         size: common.size.unwrap_or(SIZE),
         show_editor: mode == Mode::Edit,
         backend: device::wanted(common.backend),

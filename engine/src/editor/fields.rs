@@ -8,7 +8,7 @@ use bevy_reflect::tuple::DynamicTuple;
 use bevy_reflect::{PartialReflect, ReflectRef, TypeInfo, TypeRegistry};
 use glam::{DQuat, DVec2, DVec3, EulerRot, Vec2, Vec3};
 
-use super::hierarchy::label;
+use super::naming::{label, spaced};
 use super::theme;
 
 /// Width of the column of names.
@@ -326,9 +326,4 @@ fn swatch(ui: &mut egui::Ui, color: &mut [f64; 3]) {
 /// How much a number changes for a pixel of dragging: in proportion, but never stuck at zero.
 fn pace(value: f64) -> f64 {
     (value.abs() * 0.005).max(0.005)
-}
-
-/// `vertical_fov` is read as "vertical fov".
-fn spaced(name: &str) -> String {
-    name.replace('_', " ")
 }

@@ -4,11 +4,10 @@ use std::collections::HashSet;
 
 use bevy_ecs::prelude::*;
 
+use super::naming::label;
+use super::selection::Pick;
 use super::{EditorState, theme};
-use crate::world::{
-    Camera, Cone, Cuboid, Cylinder, DirectionalLight, Disc, Material, Mesh, Plane, PointLight,
-    Polygon, SceneId, Sphere, SpotLight, Torus, Transform,
-};
+use crate::world::{Material, SceneId, Transform};
 
 /// What the hierarchy remembers.
 #[derive(Resource, Debug, Default)]
@@ -23,42 +22,6 @@ struct Row {
     depth: usize,
     label: String,
     has_children: bool,
-}
-
-/// What people call an entity: its name, else its id in the scene file, else its kind and number.
-pub fn label(world: &World, entity: Entity) -> String {
-    let Ok(found) = world.get_entity(entity) else {
-        return format!("{entity} (gone)");
-    };
-    if let Some(name) = found.get::<Name>() {
-        name.to_string()
-    } else if let Some(id) = found.get::<SceneId>() {
-        id.0.clone()
-    } else {
-        format!("{} {}", kind(found), entity.index())
-    }
-}
-
-/// What an entity is, in a word.
-fn kind(entity: EntityRef) -> &'static str {
-    let kinds = [
-        (entity.contains::<Camera>(), "camera"),
-        (entity.contains::<PointLight>(), "point light"),
-        (entity.contains::<DirectionalLight>(), "sun"),
-        (entity.contains::<SpotLight>(), "spot light"),
-        (entity.contains::<Sphere>(), "sphere"),
-        (entity.contains::<Plane>(), "plane"),
-        (entity.contains::<Cuboid>(), "box"),
-        (entity.contains::<Disc>(), "disc"),
-        (entity.contains::<Cylinder>(), "cylinder"),
-        (entity.contains::<Cone>(), "cone"),
-        (entity.contains::<Torus>(), "torus"),
-        (entity.contains::<Polygon>(), "polygon"),
-        (entity.contains::<Mesh>(), "mesh"),
-        (entity.contains::<Material>(), "material"),
-    ];
-    let found = kinds.iter().find(|(is, _)| *is);
-    found.map_or("group", |(_, kind)| kind)
 }
 
 /// The panel on the left.
@@ -120,7 +83,7 @@ fn list(ui: &mut egui::Ui, world: &mut World, tree: &mut Tree, rows: &[Row]) {
     if rows.is_empty() {
         ui.label(theme::faint("Nothing by that name"));
     }
-    let selected = world.resource::<EditorState>().selected;
+    let selection = world.resource::<EditorState>().selection.clone();
     let height = 20.0;
     ui.spacing_mut().item_spacing.y = 1.0;
     egui::ScrollArea::vertical()
@@ -131,15 +94,16 @@ fn list(ui: &mut egui::Ui, world: &mut World, tree: &mut Tree, rows: &[Row]) {
                     ui.set_height(height);
                     ui.add_space(row.depth as f32 * ui.spacing().indent);
                     branch(ui, tree, row);
-                    let is_selected = selected == Some(row.entity);
+                    let is_selected = selection.contains(row.entity);
                     // The whole line is the button, not the letters alone.
                     let text = (row.label.as_str(), egui::Atom::grow());
                     let line = egui::Button::selectable(is_selected, text)
                         .truncate()
                         .min_size(egui::vec2(ui.available_width(), height));
                     if ui.add(line).clicked() {
+                        let pick = Pick::of(ui.input(|input| input.modifiers));
                         let mut state = world.resource_mut::<EditorState>();
-                        state.selected = (!is_selected).then_some(row.entity);
+                        state.selection.pick(row.entity, pick);
                     }
                 });
             }

@@ -7,19 +7,17 @@ use bevy_ecs::reflect::{AppTypeRegistry, ReflectComponent};
 use bevy_reflect::TypeRegistry;
 
 use super::fields::{FieldEdit, Fields};
-use super::{Edit, EditQueue, EditorState, hierarchy, theme};
-use crate::world::{GlobalTransform, GlobalVisibility, OwnMesh, SceneId};
+use super::history::{Command, FieldSet};
+use super::naming::label;
+use super::{EditQueue, EditorState, history, theme};
+use crate::world::SceneId;
 
 /// Components that systems derive: shown, never edited.
 fn is_derived(component: TypeId) -> bool {
-    [
-        TypeId::of::<GlobalTransform>(),
-        TypeId::of::<GlobalVisibility>(),
-        TypeId::of::<OwnMesh>(),
-        // The scene file's key: renaming it here would break the links of the file.
-        TypeId::of::<SceneId>(),
-    ]
-    .contains(&component)
+    // The scene file's key: renaming it here would break the links of the file. A parent is chosen in the hierarchy.
+    history::is_derived(component)
+        || component == TypeId::of::<SceneId>()
+        || component == TypeId::of::<ChildOf>()
 }
 
 /// The panel on the right.
@@ -32,14 +30,14 @@ pub fn show(ui: &mut egui::Ui, world: &mut World) {
         .show(ui, |ui| {
             // As wide empty as full.
             ui.expand_to_include_x(ui.max_rect().right());
-            let selected = world.resource::<EditorState>().selected;
+            let selected = world.resource::<EditorState>().selection.lead();
             match selected.filter(|&entity| world.get_entity(entity).is_ok()) {
                 None => {
                     theme::heading(ui, "Inspector");
                     ui.label(theme::faint("Select something on the left"));
                 }
                 Some(entity) => {
-                    theme::heading(ui, &hierarchy::label(world, entity));
+                    theme::heading(ui, &label(world, entity));
                     egui::ScrollArea::vertical()
                         .auto_shrink([false, false])
                         .show(ui, |ui| components(ui, world, entity));
@@ -118,15 +116,17 @@ fn components(ui: &mut egui::Ui, world: &mut World, entity: Entity) {
     }
     for wish in edits {
         match wish {
-            Wish::Select(target) => world.resource_mut::<EditorState>().selected = Some(target),
+            Wish::Select(target) => world.resource_mut::<EditorState>().selection.set([target]),
             Wish::Edit(component, FieldEdit { path, value }) => {
-                let edit = Edit {
+                let group = format!("{entity} {component:?} {path}");
+                let set = FieldSet {
                     entity,
                     component,
                     path,
                     value,
                 };
-                world.resource_mut::<EditQueue>().0.push(edit);
+                let mut queue = world.resource_mut::<EditQueue>();
+                queue.push_dragged(Command::Set(vec![set]), None, group);
             }
         }
     }

@@ -21,7 +21,7 @@ pub fn draw_levels(
     let (Some(level), Some(tracer)) = (state.level, &tracer.0) else {
         return;
     };
-    let selected = state.selected.filter(|_| state.panels);
+    let selected = state.selection.lead().filter(|_| state.panels);
     let row = selected.and_then(|entity| {
         let rows = scene.instances.iter();
         let row = rows

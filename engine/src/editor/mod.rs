@@ -1,19 +1,29 @@
 //! The editor: hierarchy, inspector, profiler, help and notices, over the picture.
 //!
-//! A consumer of everything below; nothing below knows it. Panels never write the world: they queue
-//! [`Edit`]s, and one system applies them, so that an undo can stand between.
+//! A consumer of everything below; nothing below knows it. Panels, gizmo, menus and keys never write the world: they
+//! queue [`Command`]s, one system runs them, and the [`History`] keeps each as a step that can be undone.
 
+mod document;
 mod edits;
 mod fields;
 mod hierarchy;
+mod history;
 mod inspector;
 mod levels;
+mod menu;
+mod naming;
 mod overlay;
 mod profiler;
+mod selection;
+mod spawnable;
 pub mod theme;
+mod tools;
 
-pub use edits::{Edit, EditQueue};
+pub use document::{Document, copy_at_end};
+pub use edits::{EditQueue, Wish};
+pub use history::{Command, FieldSet, History, Step, Value};
 pub use overlay::Notices;
+pub use selection::{Pick, Selection};
 
 use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::IntoScheduleConfigs;
@@ -33,8 +43,8 @@ pub struct EditorState {
     pub help: bool,
     /// The profiler is shown.
     pub profiler: bool,
-    /// What the inspector shows.
-    pub selected: Option<Entity>,
+    /// What the inspector shows, and what commands are about.
+    pub selection: Selection,
     /// The level of the trees that is shown over the picture.
     pub level: Option<Level>,
 }
@@ -55,11 +65,18 @@ pub struct DrawPanels;
 pub fn plugin(engine: &mut Engine) {
     engine.world.init_resource::<EditorState>();
     engine.world.init_resource::<EditQueue>();
+    engine.world.init_resource::<History>();
+    engine.world.init_resource::<Document>();
     engine.world.init_resource::<Notices>();
     engine.world.init_resource::<hierarchy::Tree>();
     engine.add_systems(
         FrameSet::Edit,
-        (draw_panels, edits::apply_edits)
+        (
+            tools::obey_tools,
+            draw_panels,
+            edits::apply_edits,
+            document::copy_unsaved,
+        )
             .chain()
             .in_set(DrawPanels)
             .after(HandSet),
@@ -70,6 +87,12 @@ pub fn plugin(engine: &mut Engine) {
     );
 }
 
+/// Another scene is there: nothing of the old one is selected, and nothing that was done to it can be undone.
+pub fn scene_replaced(world: &mut World) {
+    history::clear(world);
+    world.resource_mut::<EditorState>().selection.clear();
+}
+
 /// Draws what is open. Exclusive, because an inspector may read any component.
 fn draw_panels(world: &mut World) {
     let context = world.resource::<Ui>().context().clone();
@@ -77,13 +100,20 @@ fn draw_panels(world: &mut World) {
         let state = world.resource::<EditorState>();
         (state.panels, state.profiler, state.help)
     };
+    world.resource_scope(|world, mut state: Mut<EditorState>| state.selection.drop_gone(world));
     context.root_ui(|ui| {
         if panels {
+            menu::show(ui, world);
             hierarchy::show(ui, world);
             inspector::show(ui, world);
         }
         if profiler {
             profiler::show(ui, world);
+        }
+        // A drag in a panel is one step; once nobody drags or types, the next edit is another.
+        let context = ui.ctx();
+        if !context.egui_is_using_pointer() && !context.egui_wants_keyboard_input() {
+            world.resource_mut::<EditQueue>().0.push(Wish::CloseGroup);
         }
         let picture = ui.available_rect_before_wrap();
         world.resource_mut::<Ui>().leave_to_picture(picture);

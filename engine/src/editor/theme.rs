@@ -95,6 +95,13 @@ pub fn panel() -> egui::Frame {
         .inner_margin(Margin::symmetric(12, 10))
 }
 
+/// The frame of the bar at the top.
+pub fn bar() -> egui::Frame {
+    egui::Frame::new()
+        .fill(NIGHT.gamma_multiply(0.97))
+        .inner_margin(Margin::symmetric(12, 4))
+}
+
 /// The frame of something that floats over the picture.
 pub fn card() -> egui::Frame {
     egui::Frame::new()

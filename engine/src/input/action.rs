@@ -53,13 +53,41 @@ pub enum Action {
     Screenshot,
     /// Show a level of the trees over the picture, or hide the one that is shown.
     Levels,
-    /// Show no level any more.
+    /// Show no level any more; then, select nothing.
     NoLevels,
+    /// Select what is under the mouse in the picture.
+    Select,
+    /// Take the last edit back.
+    Undo,
+    /// Do the edit again that was taken back.
+    Redo,
+    /// Write the scene's file.
+    Save,
+    /// Write the scene to another file.
+    SaveAs,
+    /// Copy what is selected.
+    Duplicate,
+    /// Take away what is selected.
+    Delete,
+    /// Hide what is selected, or show it again.
+    Hide,
+    /// Move with the handles.
+    Move,
+    /// Turn with the handles.
+    Rotate,
+    /// Scale with the handles.
+    Scale,
+    /// Handles along the world's axes, or the thing's own.
+    Axes,
+    /// Bring what is selected into the middle of the view.
+    Focus,
+    /// Add something to the scene.
+    Add,
 }
 
 impl Action {
     /// All, in the order in which help lists them.
-    pub const ALL: [Self; 26] = [
+    pub const ALL: [Self; 40] = [
         Self::Look,
         Self::Forward,
         Self::Back,
@@ -86,6 +114,20 @@ impl Action {
         Self::Screenshot,
         Self::Levels,
         Self::NoLevels,
+        Self::Select,
+        Self::Undo,
+        Self::Redo,
+        Self::Save,
+        Self::SaveAs,
+        Self::Duplicate,
+        Self::Delete,
+        Self::Hide,
+        Self::Move,
+        Self::Rotate,
+        Self::Scale,
+        Self::Axes,
+        Self::Focus,
+        Self::Add,
     ];
 
     /// What help says.
@@ -116,7 +158,21 @@ impl Action {
             Self::Fullscreen => "Full screen",
             Self::Screenshot => "Screenshot",
             Self::Levels => "Level of the trees; 0: the leaves",
-            Self::NoLevels => "No level",
+            Self::NoLevels => "No level, nothing selected",
+            Self::Select => "Select; Ctrl, Shift: more; Alt: in mirrors",
+            Self::Undo => "Undo",
+            Self::Redo => "Redo",
+            Self::Save => "Save",
+            Self::SaveAs => "Save as",
+            Self::Duplicate => "Duplicate",
+            Self::Delete => "Delete",
+            Self::Hide => "Hide or show",
+            Self::Move => "Move; Ctrl snaps",
+            Self::Rotate => "Rotate",
+            Self::Scale => "Scale",
+            Self::Axes => "World or own axes",
+            Self::Focus => "Look at it",
+            Self::Add => "Add",
         }
     }
 
@@ -129,6 +185,20 @@ impl Action {
             Self::Help | Self::Panels | Self::Profiler | Self::Fullscreen | Self::Screenshot => {
                 "Window"
             }
+            Self::Select
+            | Self::Undo
+            | Self::Redo
+            | Self::Save
+            | Self::SaveAs
+            | Self::Duplicate
+            | Self::Delete
+            | Self::Hide
+            | Self::Move
+            | Self::Rotate
+            | Self::Scale
+            | Self::Axes
+            | Self::Focus
+            | Self::Add => "Edit",
             _ => "Camera",
         }
     }

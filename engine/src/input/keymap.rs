@@ -19,6 +19,48 @@ pub enum Trigger {
     Wheel,
     /// Any of the ten digits; which one says what is meant.
     Digit,
+    /// A key of the editor's, while its panels are open and the camera is not being turned; with these held.
+    Tool(Held, KeyCode),
+}
+
+/// What has to be held while a tool's key goes down.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
+pub enum Held {
+    /// Nothing.
+    None,
+    /// Ctrl.
+    Ctrl,
+    /// Ctrl and Shift.
+    CtrlShift,
+    /// Shift.
+    Shift,
+}
+
+/// The keys of Ctrl.
+pub const CTRL: [KeyCode; 2] = [KeyCode::ControlLeft, KeyCode::ControlRight];
+/// The keys of Shift.
+pub const SHIFT: [KeyCode; 2] = [KeyCode::ShiftLeft, KeyCode::ShiftRight];
+/// The keys of Alt.
+pub const ALT: [KeyCode; 2] = [KeyCode::AltLeft, KeyCode::AltRight];
+
+impl Held {
+    fn of(input: &Input) -> Self {
+        match (input.is_held(CTRL), input.is_held(SHIFT)) {
+            (false, false) => Self::None,
+            (true, false) => Self::Ctrl,
+            (true, true) => Self::CtrlShift,
+            (false, true) => Self::Shift,
+        }
+    }
+
+    fn words(self) -> &'static str {
+        match self {
+            Self::None => "",
+            Self::Ctrl => "Ctrl+",
+            Self::CtrlShift => "Ctrl+Shift+",
+            Self::Shift => "Shift+",
+        }
+    }
 }
 
 /// The keys of each digit, above the letters and beside them.
@@ -40,9 +82,11 @@ impl fmt::Display for Trigger {
         match self {
             Self::Key(key) => f.write_str(&key_name(*key)),
             Self::Drag(MouseButton::Right) => f.write_str("Right mouse button, held"),
+            Self::Drag(MouseButton::Left) => f.write_str("Click or drag"),
             Self::Drag(button) => write!(f, "{button:?} mouse button"),
             Self::Wheel => f.write_str("Wheel"),
             Self::Digit => f.write_str("1 to 9, 0"),
+            Self::Tool(held, key) => write!(f, "{}{}", held.words(), key_name(*key)),
         }
     }
 }
@@ -69,7 +113,26 @@ fn key_name(key: KeyCode) -> String {
     }
 }
 
-/// Which triggers do what. No trigger does two things.
+/// The editor's keys, the same in every map.
+const TOOLS: [(Held, KeyCode, Action); 14] = [
+    (Held::Ctrl, KeyCode::KeyZ, Action::Undo),
+    (Held::CtrlShift, KeyCode::KeyZ, Action::Redo),
+    (Held::Ctrl, KeyCode::KeyY, Action::Redo),
+    (Held::Ctrl, KeyCode::KeyS, Action::Save),
+    (Held::CtrlShift, KeyCode::KeyS, Action::SaveAs),
+    (Held::Ctrl, KeyCode::KeyD, Action::Duplicate),
+    (Held::None, KeyCode::Delete, Action::Delete),
+    (Held::Ctrl, KeyCode::KeyH, Action::Hide),
+    (Held::None, KeyCode::KeyW, Action::Move),
+    (Held::None, KeyCode::KeyE, Action::Rotate),
+    (Held::None, KeyCode::KeyR, Action::Scale),
+    (Held::None, KeyCode::KeyX, Action::Axes),
+    (Held::None, KeyCode::KeyF, Action::Focus),
+    (Held::Shift, KeyCode::KeyA, Action::Add),
+];
+
+/// Which triggers do what. No trigger does two things; a tool's key goes before the same key's other meaning while tools are
+/// in hand ([`Input::edits`]).
 #[derive(Resource, Clone, Debug, PartialEq, Eq)]
 pub struct KeyMap {
     /// What `--keys` calls it.
@@ -146,6 +209,7 @@ impl KeyMap {
     fn with_common_keys(name: &'static str, keys: &[(KeyCode, Action)]) -> Self {
         let common = [
             (Trigger::Drag(MouseButton::Right), Action::Look),
+            (Trigger::Drag(MouseButton::Left), Action::Select),
             (Trigger::Wheel, Action::Speed),
             (Trigger::Key(KeyCode::ShiftLeft), Action::Fast),
             (Trigger::Key(KeyCode::ControlLeft), Action::Slow),
@@ -162,12 +226,13 @@ impl KeyMap {
             (Trigger::Digit, Action::Levels),
             (Trigger::Key(KeyCode::Escape), Action::NoLevels),
         ];
+        let tools = TOOLS.map(|(held, key, action)| (Trigger::Tool(held, key), action));
         let own = keys
             .iter()
             .map(|&(key, action)| (Trigger::Key(key), action));
         Self {
             name,
-            bindings: own.chain(common).collect(),
+            bindings: own.chain(common).chain(tools).collect(),
         }
     }
 
@@ -182,16 +247,28 @@ impl KeyMap {
     /// Whether a key or button of the action is held.
     pub fn is_down(&self, action: Action, input: &Input) -> bool {
         self.triggers(action).any(|trigger| match trigger {
-            Trigger::Key(key) => input.is_down(key),
+            Trigger::Key(key) => input.is_down(key) && !self.is_tool(key, input),
             Trigger::Drag(button) => input.is_button_down(button),
-            Trigger::Wheel | Trigger::Digit => false,
+            Trigger::Wheel | Trigger::Digit | Trigger::Tool(..) => false,
         })
     }
 
     /// Whether a key of the action went down since the last frame.
     pub fn is_pressed(&self, action: Action, input: &Input) -> bool {
-        self.triggers(action)
-            .any(|trigger| matches!(trigger, Trigger::Key(key) if input.is_pressed(key)))
+        self.triggers(action).any(|trigger| match trigger {
+            Trigger::Key(key) => input.is_pressed(key) && !self.is_tool(key, input),
+            Trigger::Tool(held, key) => {
+                input.is_pressed(key) && input.edits() && Held::of(input) == held
+            }
+            Trigger::Drag(_) | Trigger::Wheel | Trigger::Digit => false,
+        })
+    }
+
+    /// Whether a key is one of the editor's just now, with what is held.
+    fn is_tool(&self, key: KeyCode, input: &Input) -> bool {
+        let held = Held::of(input);
+        let is_it = |trigger: &Trigger| *trigger == Trigger::Tool(held, key);
+        input.edits() && self.bindings.iter().any(|(trigger, _)| is_it(trigger))
     }
 
     /// The digit that went down since the last frame if digits do this; the least of several.
@@ -270,6 +347,29 @@ mod tests {
                     input.key(key, false);
                 }
             }
+        }
+    }
+
+    #[test]
+    fn tools_go_before_flight_while_they_are_in_hand() {
+        for map in maps() {
+            let mut input = Input::default();
+            input.key(KeyCode::KeyW, true);
+            let flies = [Action::Forward, Action::LightAway];
+            let flies = |input: &Input| flies.iter().any(|&a| map.is_down(a, input));
+            assert!(flies(&input) && !map.is_pressed(Action::Move, &input));
+            input.set_editing(true);
+            assert!(!flies(&input) && map.is_pressed(Action::Move, &input));
+            input.button(MouseButton::Right, true);
+            assert!(flies(&input) && !map.is_pressed(Action::Move, &input));
+            input.button(MouseButton::Right, false);
+            input.key(KeyCode::ControlRight, true);
+            input.key(KeyCode::KeyS, true);
+            assert!(map.is_pressed(Action::Save, &input) && !map.is_pressed(Action::Move, &input));
+            input.key(KeyCode::ShiftLeft, true);
+            assert!(
+                map.is_pressed(Action::SaveAs, &input) && !map.is_pressed(Action::Save, &input)
+            );
         }
     }
 

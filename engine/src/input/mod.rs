@@ -11,7 +11,7 @@ mod lamp;
 
 pub use action::Action;
 pub use fly::FlyCamera;
-pub use keymap::{KeyMap, Trigger};
+pub use keymap::{ALT, CTRL, Held, KeyMap, SHIFT, Trigger};
 pub use lamp::HeldLight;
 pub use winit::event::MouseButton;
 pub use winit::keyboard::KeyCode;
@@ -31,8 +31,12 @@ pub struct Input {
     down: HashSet<KeyCode>,
     pressed: HashSet<KeyCode>,
     buttons: HashSet<MouseButton>,
+    clicked: HashSet<MouseButton>,
+    released: HashSet<MouseButton>,
+    pointer: Option<DVec2>,
     mouse_delta: DVec2,
     wheel: f64,
+    editing: bool,
 }
 
 impl Input {
@@ -49,6 +53,41 @@ impl Input {
     /// Whether a mouse button is held down.
     pub fn is_button_down(&self, button: MouseButton) -> bool {
         self.buttons.contains(&button)
+    }
+
+    /// Whether a mouse button went down on the picture since the last frame.
+    pub fn is_button_pressed(&self, button: MouseButton) -> bool {
+        self.clicked.contains(&button)
+    }
+
+    /// Whether a mouse button was let go since the last frame.
+    pub fn is_button_released(&self, button: MouseButton) -> bool {
+        self.released.contains(&button)
+    }
+
+    /// Where the mouse is, in physical pixels of the window from its upper left corner; none: outside.
+    pub fn pointer(&self) -> Option<DVec2> {
+        self.pointer
+    }
+
+    /// The mouse is there now, or outside.
+    pub fn point_at(&mut self, pointer: Option<DVec2>) {
+        self.pointer = pointer;
+    }
+
+    /// Whether either key of a pair is held (both Ctrl keys, both Shift keys, both Alt keys).
+    pub fn is_held(&self, pair: [KeyCode; 2]) -> bool {
+        pair.iter().any(|&key| self.is_down(key))
+    }
+
+    /// Whether keys are tools of the editor just now: its panels are open, and no mouse button turns the camera.
+    pub fn edits(&self) -> bool {
+        self.editing && !self.is_button_down(MouseButton::Right)
+    }
+
+    /// The editor's panels are open, or not.
+    pub fn set_editing(&mut self, editing: bool) {
+        self.editing = editing;
     }
 
     /// Mouse movement since the last frame, pixels, y down.
@@ -74,8 +113,9 @@ impl Input {
     pub fn button(&mut self, button: MouseButton, down: bool) {
         if down {
             self.buttons.insert(button);
-        } else {
-            self.buttons.remove(&button);
+            self.clicked.insert(button);
+        } else if self.buttons.remove(&button) {
+            self.released.insert(button);
         }
     }
 
@@ -92,12 +132,15 @@ impl Input {
     /// Everything is let go: the window lost the focus, and no release will be reported.
     pub fn release_all(&mut self) {
         self.down.clear();
+        self.released.extend(&self.buttons);
         self.buttons.clear();
     }
 
     /// Forgets what belonged to the frame just run.
     pub fn end_frame(&mut self) {
         self.pressed.clear();
+        self.clicked.clear();
+        self.released.clear();
         self.mouse_delta = DVec2::ZERO;
         self.wheel = 0.0;
     }

@@ -10,7 +10,7 @@ use super::schema::{
     Motion, Pose, Scene, Shape, TextureFile,
 };
 use super::spawn::{Imported, MeshSource, PoseFiles, SceneRoots};
-use super::timeline::Timeline;
+use super::timeline::{Ids, Timeline};
 use super::writer::Writer;
 use crate::world::{
     ActiveCamera, Background, Camera, ClipLayer, ClipPlayer, Cone, Cuboid, Cylinder,
@@ -24,8 +24,13 @@ use crate::world::{
 /// Entities without a [`SceneId`] are not part of the scene. Poses are those of this moment, of things in motion
 /// those they start from; the timeline overrides what it keys. Numbers that are not finite are written as they are, and loading names them.
 pub fn save(world: &mut World) -> String {
+    text_of(&describe(world))
+}
+
+/// The text of a scene file that has these values.
+pub fn text_of(scene: &Scene) -> String {
     let mut writer = Writer::pretty();
-    describe(world).write(&mut writer);
+    scene.write(&mut writer);
     let mut text = writer.finish();
     text.push('\n');
     text
@@ -48,6 +53,10 @@ pub fn describe(world: &mut World) -> Scene {
         .push(entity);
     }
     let world = &*world;
+    let ids = Ids {
+        entities: by_id(world, &entities),
+        materials: by_id(world, &materials),
+    };
     let saved: HashSet<Entity> = entities.iter().copied().collect();
     entities.retain(|&entity| {
         let parent = world.get::<ChildOf>(entity).map(ChildOf::parent);
@@ -74,9 +83,14 @@ pub fn describe(world: &mut World) -> Scene {
             .collect(),
         timeline: world
             .get_resource::<Timeline>()
-            .map(|timeline| timeline.source.clone())
+            .map(|timeline| timeline.of_what_is_there(world, &ids))
             .unwrap_or_default(),
     }
+}
+
+fn by_id(world: &World, entities: &[Entity]) -> HashMap<String, Entity> {
+    let id = |&entity: &Entity| Some((world.get::<SceneId>(entity)?.0.clone(), entity));
+    entities.iter().filter_map(id).collect()
 }
 
 /// The entities in the order of the file they came from; new ones after them.

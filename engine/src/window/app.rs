@@ -21,7 +21,7 @@ use super::title::{Caption, Title};
 use super::work::Work;
 use super::{WindowError, WindowOptions};
 use crate::app::Engine;
-use crate::editor::{EditorState, Notices, theme};
+use crate::editor::{self, Document, EditorState, History, Notices, theme};
 use crate::frame::TraceSettings;
 use crate::input::Input;
 use crate::present::{Screen, Screenshot, Ui};
@@ -62,6 +62,9 @@ impl<'a> WindowApp<'a> {
         let world = &mut engine.world;
         world.insert_resource(options.key_map.clone());
         world.resource_mut::<EditorState>().panels = options.show_editor;
+        if let Some(file) = &options.file {
+            world.insert_resource(Document::of(file));
+        }
         world.resource_mut::<Notices>().issues = options.issues.clone();
         Self {
             engine,
@@ -227,8 +230,10 @@ impl<'a> WindowApp<'a> {
             (work_millis, samples) = (work.frame, tracer.samples());
         }
         let coming = self.dropped.step();
+        let unsaved = world.resource::<History>().is_unsaved();
+        let title = format!("{}{}", self.options.title, if unsaved { "*" } else { "" });
         let caption = Caption {
-            scene: coming.as_ref().unwrap_or(&self.options.title),
+            scene: coming.as_ref().unwrap_or(&title),
             window: size,
             scale: open.resolution.scale(),
             target_millis: open.resolution.target_millis(),
@@ -346,6 +351,7 @@ impl ApplicationHandler for WindowApp<'_> {
     }
 
     fn exiting(&mut self, _: &ActiveEventLoop) {
+        editor::copy_at_end(&mut self.engine.world);
         // The surface goes before the window it belongs to, while the event loop still lives.
         self.engine.world.remove_resource::<Screen>();
         self.open = None;

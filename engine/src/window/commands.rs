@@ -28,7 +28,7 @@ pub fn plugin(engine: &mut Engine) {
 }
 
 fn obey_keys(
-    input: Res<Input>,
+    mut input: ResMut<Input>,
     keys: Res<KeyMap>,
     time: Res<Time>,
     mut clock: ResMut<Clock>,
@@ -43,7 +43,7 @@ fn obey_keys(
         };
     }
     if pressed(Action::Step) {
-        *clock = Clock::Frame(frame_number(&time) + 1);
+        *clock = Clock::Frame(time.number() + 1);
     }
     if let Some(digit) = keys.pressed_digit(Action::Levels, &input) {
         editor.toggle_level(Level::of_digit(digit));
@@ -56,12 +56,7 @@ fn obey_keys(
     editor.profiler ^= pressed(Action::Profiler);
     requests.fullscreen |= pressed(Action::Fullscreen);
     requests.screenshot |= pressed(Action::Screenshot);
-}
-
-/// The frame of the scene that is shown.
-fn frame_number(time: &Time) -> u64 {
-    // Rounded: 7/30 s times 30 is a little less than 7.
-    (time.secs * time.frames_per_sec + 1e-6) as u64
+    input.set_editing(editor.panels);
 }
 
 /// Where a screenshot of this moment goes: never onto another one.
@@ -76,7 +71,7 @@ pub fn screenshot_path(folder: &std::path::Path, scene: &str, time: &Time) -> Pa
             }
         })
         .collect();
-    let name = format!("{plain}-{:06}", frame_number(time));
+    let name = format!("{plain}-{:06}", time.number());
     (1..)
         .map(|copy| match copy {
             1 => folder.join(format!("{name}.png")),

@@ -2,13 +2,13 @@
 //! it was. A file is read on a thread of its own, so that frames go on until it has come. Called by the window, tested
 //! without one.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::mpsc::{self, Receiver, TryRecvError};
 use std::thread;
 
 use bevy_ecs::prelude::*;
 
-use crate::editor::{EditorState, Notices};
+use crate::editor::{self, Document, Notices};
 use crate::scene::{self, Loader, Prepared, Problems, Progress};
 use crate::time::Time;
 
@@ -22,6 +22,7 @@ pub struct Dropped(Option<Coming>);
 /// A file that is being read.
 struct Coming {
     name: String,
+    file: PathBuf,
     progress: Progress,
     prepared: Receiver<Result<Prepared, Problems>>,
 }
@@ -37,15 +38,17 @@ impl Dropped {
         let progress = loader.progress.clone();
         let (sender, prepared) = mpsc::channel();
         let file = path.to_owned();
+        let read = file.clone();
         let reader = thread::Builder::new().name("dropped file".into());
         let reader = reader.spawn(move || {
             // Nobody waits for it once another file was dropped.
-            let _ = sender.send(scene::prepare(&file, &loader));
+            let _ = sender.send(scene::prepare(&read, &loader));
         });
         match reader {
             Ok(_) => {
                 self.0 = Some(Coming {
                     name: name.into_owned(),
+                    file,
                     progress,
                     prepared,
                 });
@@ -74,12 +77,12 @@ impl Dropped {
             // Its reader is gone without a word, which is on stderr.
             Err(TryRecvError::Disconnected) => Err(Problems::default()),
         };
-        let name = self.0.take()?.name;
+        let Coming { name, file, .. } = self.0.take()?;
         match prepared.and_then(|prepared| scene::put(world, prepared)) {
             Ok(report) => {
                 world.resource_mut::<Time>().secs = 0.0;
-                // What was selected is gone.
-                world.resource_mut::<EditorState>().selected = None;
+                editor::scene_replaced(world);
+                world.insert_resource(Document::of(&file));
                 let warnings = report.warnings.iter().map(ToString::to_string);
                 world.resource_mut::<Notices>().issues = first(warnings.collect());
                 Some(name)
@@ -109,6 +112,7 @@ fn first(mut sentences: Vec<String>) -> Vec<String> {
 mod tests {
     use super::*;
     use crate::Engine;
+    use crate::editor::EditorState;
     use crate::world::{Mesh, Sphere};
 
     /// Drops a file and waits until it has come.
@@ -154,6 +158,7 @@ mod tests {
         let mut engine = Engine::new();
         let world = &mut engine.world;
         world.init_resource::<EditorState>();
+        world.init_resource::<editor::History>();
         world.init_resource::<Notices>();
         assert_eq!(show(world, &ball).as_deref(), Some("ball"));
         assert_eq!((count::<Sphere>(world), count::<Mesh>(world)), (1, 0));

@@ -34,6 +34,8 @@ use crate::trace::{BackendChoice, TraceError};
 pub struct WindowOptions {
     /// The scene, as the title calls it and screenshots are named.
     pub title: String,
+    /// The scene's file, which the editor saves to; none: there is none.
+    pub file: Option<PathBuf>,
     /// Pixels across and down, at first.
     pub size: UVec2,
     /// Open with the editor's panels.
@@ -63,6 +65,7 @@ impl Default for WindowOptions {
     fn default() -> Self {
         Self {
             title: "Orrery".into(),
+            file: None,
             size: UVec2::new(1280, 720),
             show_editor: false,
             vsync: true,

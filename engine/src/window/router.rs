@@ -63,9 +63,12 @@ impl Router {
                 if taken || !down {
                     self.tell_overlay(window, event);
                 }
+                if !taken && down {
+                    leave_text(ui);
+                }
                 if !taken || !down {
                     input.button(*button, down);
-                    hold_mouse(ui, input, window);
+                    hold_mouse(input, window);
                 }
             }
             WindowEvent::MouseWheel { .. } if self.overlay_takes_pointer(ui) => {
@@ -77,17 +80,19 @@ impl Router {
             }),
             WindowEvent::CursorMoved { position, .. } => {
                 self.pointer = Some((position.x, position.y));
+                input.point_at(Some(DVec2::new(position.x, position.y)));
                 if !is_looking(input) {
                     self.tell_overlay(window, event);
                 }
             }
             WindowEvent::CursorLeft { .. } => {
                 self.pointer = None;
+                input.point_at(None);
                 self.tell_overlay(window, event);
             }
             WindowEvent::Focused(false) => {
                 input.release_all();
-                hold_mouse(ui, input, window);
+                hold_mouse(input, window);
                 self.tell_overlay(window, event);
             }
             _ => self.tell_overlay(window, event),
@@ -119,16 +124,19 @@ fn is_looking(input: &Input) -> bool {
     input.is_button_down(MouseButton::Right)
 }
 
+/// The picture was clicked: whatever was being typed into is left.
+fn leave_text(ui: &Ui) {
+    ui.context().memory_mut(|memory| {
+        if let Some(focused) = memory.focused() {
+            memory.surrender_focus(focused);
+        }
+    });
+}
+
 /// While the mouse turns the camera, its pointer is hidden and held where it is.
-fn hold_mouse(ui: &Ui, input: &Input, window: &Window) {
+fn hold_mouse(input: &Input, window: &Window) {
     let looking = is_looking(input);
     if looking {
-        // The picture was clicked: whatever was being typed into is left.
-        ui.context().memory_mut(|memory| {
-            if let Some(focused) = memory.focused() {
-                memory.surrender_focus(focused);
-            }
-        });
         // Not every system can lock the pointer or confine it; looking works without.
         let _ = window
             .set_cursor_grab(CursorGrabMode::Locked)

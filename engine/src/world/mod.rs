@@ -92,6 +92,7 @@ pub fn plugin(engine: &mut Engine) {
 fn register_types(registry: &AppTypeRegistry) {
     let mut registry = registry.write();
     registry.register::<Name>();
+    registry.register::<ChildOf>();
     registry.register::<SceneId>();
     registry.register::<Transform>();
     registry.register::<Shear>();

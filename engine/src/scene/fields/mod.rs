@@ -76,6 +76,7 @@ pub struct Field {
     /// What it holds.
     pub kind: FieldKind,
     range: fn(&Value) -> Result<(), &'static str>,
+    is_on: fn(&EntityRef) -> bool,
     get: fn(&EntityRef) -> Option<Value>,
     set: fn(&mut EntityWorldMut, &Value) -> Option<bool>,
 }
@@ -104,6 +105,13 @@ impl Field {
             return Err("finite numbers");
         }
         (self.range)(value)
+    }
+
+    /// Whether the entity has a component that the field is of.
+    pub fn is_on(&self, world: &World, entity: Entity) -> bool {
+        world
+            .get_entity(entity)
+            .is_ok_and(|entity| (self.is_on)(&entity))
     }
 
     /// The value; none where the entity does not have it.

@@ -25,6 +25,7 @@ macro_rules! field {
                 Value::$kind(value) => typed($range, value),
                 _ => Err("another kind of value"),
             },
+            is_on: |entity| false $(|| entity.contains::<$component>())+,
             get: |entity| {
                 $(if let Some(component) = entity.get::<$component>() {
                     return read(component, $get).map(Value::$kind);

@@ -61,12 +61,7 @@ impl Timeline {
     pub(super) fn compile(source: schema::Timeline, ids: &Ids, world: &World) -> Self {
         let tracks = source.tracks.iter().filter_map(|track| {
             let field = fields::find(&track.field.value).ok()?;
-            let table = if field.is_material() {
-                &ids.materials
-            } else {
-                &ids.entities
-            };
-            let entity = *table.get(&track.target.value)?;
+            let entity = *ids.table(field).get(&track.target.value)?;
             Some(TrackPlayer {
                 entity: holder(world, field, entity),
                 field,
@@ -85,6 +80,40 @@ impl Timeline {
             looks: look::ordered(&source.paths, ids, world),
             source,
             played: None,
+        }
+    }
+}
+
+impl Timeline {
+    /// The timeline without what is about entities and components that are gone: what a scene file may have.
+    pub(super) fn of_what_is_there(&self, world: &World, ids: &Ids) -> schema::Timeline {
+        let mut source = self.source.clone();
+        source.tracks.retain(|track| {
+            fields::find(&track.field.value).is_ok_and(|field| {
+                let entity = ids.table(field).get(&track.target.value);
+                entity.is_some_and(|&entity| field.is_on(world, holder(world, field, entity)))
+            })
+        });
+        let is_there = |id: &str| ids.entities.contains_key(id);
+        source.paths.retain(|path| is_there(&path.target.value));
+        for path in &mut source.paths {
+            if let Some(schema::LookAt::Entity(id)) = &path.look_at
+                && !is_there(&id.value)
+            {
+                path.look_at = None;
+            }
+        }
+        source
+    }
+}
+
+impl Ids {
+    /// Where the ids of a field's entities are.
+    fn table(&self, field: &Field) -> &HashMap<String, Entity> {
+        if field.is_material() {
+            &self.materials
+        } else {
+            &self.entities
         }
     }
 }
