@@ -7,6 +7,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{IntoScheduleConfigs, ScheduleConfigs};
 use bevy_ecs::system::ScheduleSystem;
 
+use crate::profile::ledger;
 use crate::schedule::{FrameSet, frame_schedule};
 
 /// A world and its frame.
@@ -72,7 +73,10 @@ impl Engine {
 
     /// Runs one frame.
     pub fn frame(&mut self) {
+        // What was written since the last frame bears a tick before this one's systems.
+        let before = self.world.increment_change_tick();
         self.schedule.run(&mut self.world);
+        ledger::note(&mut self.world, &self.schedule, before);
         self.world.clear_trackers();
     }
 }

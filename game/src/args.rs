@@ -11,7 +11,9 @@ use orrery_engine::input::KeyMap;
 use orrery_engine::trace::Level;
 
 use crate::pattern::Pattern;
-use crate::words::{contrast, count, cutoff, frames, frames_per_sec, scale, size, target_millis};
+use crate::words::{
+    contrast, count, cutoff, frames, frames_per_sec, per_cent, pixel, scale, size, target_millis,
+};
 
 /// Watch ray-traced scenes in motion.
 ///
@@ -44,6 +46,7 @@ Examples:
   orrery demo --target-ms 16.7                   60 frames a second, at whatever resolution that leaves
   orrery render demo --frames 0..90              90 pictures of the demo, 3 seconds, into frames/
   orrery render demo --frames 30 --out f30.exr   one picture, linear light, 32-bit float
+  orrery render demo --frames 30 --explain 640,360   every ray of a pixel: what it met, added and cost
   orrery bench frame --backend cpu               how long a frame of the demo takes
   orrery bench hope                              100,000 triangles in motion, half of them deforming: frames a second
   orrery bench growth --report growth            frame time against triangles, instances, lights, depth, pixels
@@ -57,6 +60,7 @@ Examples:
   orrery bench bart --frames 100 --report bart   kitchen, robots and museum, played to their last frame
   orrery bench start                             large scenes from file to ready to trace, without and with the cache
   orrery bench import --report import            odd and broken model files: loaded or refused, never a panic
+  orrery compare before.cap after.cap            two captures of --profile side by side; exit code 1 on a regression
   orrery check my_scene.ron                      every problem of a scene or model file with its place
   orrery model.obj                               a model by itself, lit and framed
 
@@ -91,6 +95,13 @@ pub enum Command {
     /// Prints a row a number, and writes them as JSON where asked. `--dump` writes the exact work that
     /// was measured, so that other tracers can be timed on the same rays.
     Bench(BenchRequest),
+    /// Compare two captures, A before and B after a change.
+    ///
+    /// A capture is what `--profile NAME.cap` writes. The table has a row for the frame, for each system, step and pass and
+    /// for each count: medians over the frames of either, and how much more B takes. Times are without the wait for the
+    /// display. A row is a regression if B takes more than A by the limit, and, of times, by at least a hundredth of the
+    /// frame, below which the clock says little. Exit code 1 if any is.
+    Compare(CompareRequest),
     /// Read a scene file and list every problem with its line, field and what was expected.
     Check {
         /// Scene file, or the bare name of one in `assets/scenes`.
@@ -124,7 +135,33 @@ pub struct RenderRequest {
     /// `leaves`. The tree over instances is pale, those of meshes have a colour a level.
     #[arg(long, value_name = "N|leaves")]
     pub levels: Option<Level>,
+    /// Instead of pictures: print every ray of this pixel of the first frame as a tree, with what each met, its weight, what it
+    /// added in linear light and what it cost; by the f64 reference. 0,0 is the top left.
+    #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with_all = ["levels", "linear16", "resume"])]
+    pub explain: Option<UVec2>,
 }
+
+/// Options of `compare`.
+#[derive(Debug, Args)]
+#[command(after_long_help = COMPARE_EXAMPLES)]
+pub struct CompareRequest {
+    /// The capture before.
+    pub a: PathBuf,
+    /// The capture after.
+    pub b: PathBuf,
+    /// Per cent that B may take more than A.
+    #[arg(long, value_name = "PERCENT", default_value_t = 10.0, value_parser = per_cent)]
+    pub limit: f64,
+    /// Every row, not only those that differ by more than a hundredth of the frame or by the limit.
+    #[arg(long)]
+    pub all: bool,
+}
+
+const COMPARE_EXAMPLES: &str = "\
+Examples:
+  orrery render demo --frames 0..90 --profile before.cap
+  orrery render demo --frames 0..90 --profile after.cap --depth 4
+  orrery compare before.cap after.cap --limit 5";
 
 /// Options of `bench`.
 #[derive(Debug, Args)]
@@ -170,7 +207,7 @@ pub struct BenchRequest {
     /// of the folders that are read; without it, `../shared/scenes`.
     #[arg(long, value_name = "DIR")]
     pub files: Option<PathBuf>,
-    /// Trace, cpu, hope, growth, skips, motion, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
+    /// Trace, cpu, hope, growth, skips, motion, profile, structures, stability, accuracy, SPD, BART: few things and triangles, for a look at the rows within seconds.
     #[arg(long)]
     pub small: bool,
 }
@@ -233,10 +270,14 @@ pub struct Common {
     /// Do without these ways to leave out what no picture shows, to see what they are worth; `--help` has them all.
     #[arg(long, global = true, value_name = "SKIP", value_delimiter = ',', long_help = without_help())]
     pub without: Vec<Skip>,
-    /// Playing and rendering: write when every system and pass of every frame ran, and for how long, as
-    /// .csv or .json. In a window a GPU's pass is that of the last picture that has come back.
+    /// Playing and rendering: write when every system and pass of every frame ran, and for how long, as .csv, as .json for
+    /// Perfetto (ui.perfetto.dev) or as .cap for `orrery compare`.
     #[arg(long, global = true, value_name = "FILE")]
     pub profile: Option<PathBuf>,
+    /// With `--profile`: write nothing until a frame works longer than so many milliseconds, then that one and up to 600
+    /// before it, and name what took longer than usual. The first ten frames, which build and compile, are let through.
+    #[arg(long, global = true, value_name = "MS", value_parser = target_millis)]
+    pub capture_on_spike: Option<f64>,
     /// What is logged to stderr: off, error, warn, info, debug or trace.
     #[arg(long, global = true, value_name = "LEVEL", default_value = "warn")]
     pub log: String,

@@ -8,9 +8,11 @@ mod args;
 mod assets;
 mod bench;
 mod check;
+mod compare;
 mod contact_sheet;
 mod defects;
 mod device;
+mod explain;
 mod failure;
 mod interrupt;
 mod output;
@@ -46,14 +48,12 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         Some(_) if cli.scene.is_some() => Err(Failure::Usage(
             "a scene before a command: write `orrery SCENE`, or `orrery COMMAND SCENE`".into(),
         )),
-        Some(Command::Bench(_) | Command::Check { .. } | Command::Adapters)
-            if cli.common.profile.is_some() =>
-        {
-            Err(Failure::Usage(
-                "--profile is for playing and rendering; this command runs no frames to write down"
-                    .into(),
-            ))
-        }
+        Some(
+            Command::Bench(_) | Command::Check { .. } | Command::Compare(_) | Command::Adapters,
+        ) if cli.common.profile.is_some() => Err(Failure::Usage(
+            "--profile is for playing and rendering; this command runs no frames to write down"
+                .into(),
+        )),
         None => play::run(
             cli.scene.as_deref(),
             &cli.common,
@@ -65,6 +65,7 @@ fn run(cli: &Cli) -> Result<(), Failure> {
         }
         Some(Command::Render(request)) => render::run(request, &cli.common),
         Some(Command::Bench(request)) => bench::run(request, &cli.common),
+        Some(Command::Compare(request)) => compare::run(request),
         Some(Command::Check { file }) => check::run(file),
         Some(Command::Adapters) => adapters::run(),
     }

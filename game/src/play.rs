@@ -7,8 +7,6 @@ use orrery_engine::Engine;
 use orrery_engine::frame::TraceSettings;
 use orrery_engine::import::pipelines_folder;
 use orrery_engine::input::KeyMap;
-use orrery_engine::profile::Profile;
-use orrery_engine::time::Time;
 use orrery_engine::window::{WindowError, WindowOptions, display_available, run as run_window};
 
 use crate::args::{Common, WindowArgs};
@@ -44,7 +42,8 @@ pub fn run(
     }
     let (mut engine, issues) = stage::open(scene, common, SIZE, 30.0)?;
     engine.world.resource_mut::<TraceSettings>().refine_to = window.refine;
-    let mut log = ProfileLog::open(common.profile.as_deref())?;
+    let mut log = ProfileLog::open(common)?;
+    log.watch(&mut engine);
     let defaults = WindowOptions::default();
     let options = WindowOptions {
         title: scene
@@ -66,7 +65,9 @@ pub fn run(
     let mut unwritten = None;
     let after_frame = |engine: &Engine| {
         if unwritten.is_none() {
-            unwritten = log_frame(&mut log, engine).err();
+            // What cannot be written is said at once, not when the window closes.
+            let written = log.frame(engine).inspect_err(|failure| note(failure));
+            unwritten = written.err();
         }
     };
     match run_window(engine, options, after_frame) {
@@ -78,11 +79,4 @@ pub fn run(
         Err(WindowError::NoTracer(error) | WindowError::Device(error)) => Err(error.into()),
         Err(error @ WindowError::Schedule(_)) => Err(Failure::Input(error.to_string())),
     }
-}
-
-/// Writes a frame of the window down. What cannot be written is said at once, not when the window closes.
-fn log_frame(log: &mut ProfileLog, engine: &Engine) -> Result<(), Failure> {
-    let frame = engine.world.resource::<Time>().frame;
-    log.frame(frame, engine.world.resource::<Profile>())
-        .inspect_err(|failure| note(failure))
 }

@@ -40,7 +40,8 @@ const FOLDER: &str = "frames";
 pub fn run(scene: &Path, common: &Common) -> Result<(), Failure> {
     let start = Instant::now();
     let (mut engine, _) = stage::open(scene, common, SIZE, 1.0)?;
-    let mut log = ProfileLog::open(common.profile.as_deref())?;
+    let mut log = ProfileLog::open(common)?;
+    log.watch(&mut engine);
     stage::cast(&mut engine, device::open(common)?);
     interrupt::listen();
     let size = common.size.unwrap_or(SIZE);
@@ -65,8 +66,8 @@ pub fn run(scene: &Path, common: &Common) -> Result<(), Failure> {
             break;
         }
         let picture = stage::picture(&mut engine, frame)?;
+        log.frame(&engine)?;
         let profile = engine.world.resource::<Profile>();
-        log.frame(frame, profile)?;
         defects.add(&picture, &profile.counters);
         write(&engine, &frame_path(frame), &picture)?;
         if (frame as usize).is_multiple_of(every) {

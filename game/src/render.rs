@@ -11,13 +11,16 @@ use crate::defects::Defects;
 use crate::failure::Failure;
 use crate::output::{note, progress, say};
 use crate::profile_log::ProfileLog;
-use crate::{device, interrupt, stage};
+use crate::{device, explain, interrupt, stage};
 
 /// Size unless asked otherwise: what most screens show without scaling, and quick enough on a processor.
 const SIZE: UVec2 = UVec2::new(1280, 720);
 
 /// Renders what was asked for.
 pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
+    if let Some(pixel) = request.explain {
+        return explain::run(pixel, request, common, SIZE);
+    }
     let frames = request.frames.clone();
     let count = frames.end - frames.start;
     if count > 1 && !request.out.has_number() {
@@ -39,7 +42,8 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
         .filter(|&frame| !(request.resume && request.out.path(frame).is_file()))
         .collect();
     let (mut engine, _) = stage::open(&request.scene, common, SIZE, request.fps)?;
-    let mut log = ProfileLog::open(common.profile.as_deref())?;
+    let mut log = ProfileLog::open(common)?;
+    log.watch(&mut engine);
     let tracer = device::open(common)?;
     if request.levels.is_some() && tracer.backend() == Backend::Reference {
         return Err(no_trees());
@@ -50,8 +54,8 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
     let bar = progress(todo.len() as u64, "rendering");
     for (done, &frame) in todo.iter().enumerate() {
         let picture = stage::picture(&mut engine, frame)?;
+        log.frame(&engine)?;
         let profile = engine.world.resource::<Profile>();
-        log.frame(frame, profile)?;
         defects.add(&picture, &profile.counters);
         let view = stage::view(&engine);
         match request.levels {

@@ -6,7 +6,7 @@ use glam::UVec2;
 use orrery_engine::Engine;
 use orrery_engine::frame::{FrameScene, Skips, TraceSettings, View};
 use orrery_engine::import::{Cache, Loader, user_folder};
-use orrery_engine::profile::Profile;
+use orrery_engine::profile::{self, Profile};
 use orrery_engine::time::{Clock, Time};
 use orrery_engine::trace::{ActiveTracer, Picture, TraceError, TraceFault, Tracer};
 
@@ -62,7 +62,7 @@ pub fn load(
 ) -> Result<(Engine, Vec<String>), Failure> {
     let path = find_scene(scene)?;
     let mut engine = Engine::new();
-    engine.add_plugin(orrery_engine::profile::plugin);
+    engine.add_plugin(profile::plugin);
     engine.world.insert_resource(loader);
     let report = orrery_engine::scene::load(&mut engine.world, &path)
         .map_err(|problems| Failure::Input(problems.to_string()))?;
@@ -134,6 +134,7 @@ fn traced_frame(engine: &mut Engine, frame: u64) -> Result<Picture, TraceError> 
     let (passes, counters) = (tracer.pass_times(), tracer.counters());
     let mut profile = engine.world.resource_mut::<Profile>();
     (profile.passes, profile.counters) = (passes, counters);
+    profile::collect(&mut engine.world);
     Ok(picture)
 }
 

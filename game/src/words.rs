@@ -73,6 +73,24 @@ pub fn target_millis(text: &str) -> Result<f64, String> {
         })
 }
 
+/// A pixel's column and row.
+pub fn pixel(text: &str) -> Result<UVec2, String> {
+    let (x, y) = text.split_once(',').unwrap_or_default();
+    let numbers = (u32::from_str(x.trim()), u32::from_str(y.trim()));
+    match numbers {
+        (Ok(x), Ok(y)) => Ok(UVec2::new(x, y)),
+        _ => Err("expected a column and a row from the top left, as in 640,360".into()),
+    }
+}
+
+/// Per cent.
+pub fn per_cent(text: &str) -> Result<f64, String> {
+    f64::from_str(text)
+        .ok()
+        .filter(|percent| (0.0..=10_000.0).contains(percent))
+        .ok_or_else(|| "expected per cent from 0 to 10000, as in 5".to_owned())
+}
+
 /// Frame numbers a second.
 pub fn frames_per_sec(text: &str) -> Result<f64, String> {
     f64::from_str(text)

@@ -35,7 +35,9 @@ const MAY_IMPORT: [(&str, &[&str]); 14] = [
     ),
     (
         "app",
-        &["editor", "frame", "present", "scene", "trace", "world"],
+        &[
+            "editor", "frame", "present", "profile", "scene", "trace", "world",
+        ],
     ),
 ];
 /// What a module needs to add its systems to the frame; `time` is one of them itself.

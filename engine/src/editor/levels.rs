@@ -50,7 +50,7 @@ pub fn draw_levels(
 }
 
 /// Where in the window a place in the picture is.
-fn place(window: Rect, at: Vec2) -> egui::Pos2 {
+pub(super) fn place(window: Rect, at: Vec2) -> egui::Pos2 {
     window.center() + egui::vec2(at.x * window.width(), -at.y * window.height())
 }
 

@@ -69,6 +69,8 @@ pub fn plugin(engine: &mut Engine) {
     engine.world.init_resource::<Document>();
     engine.world.init_resource::<Notices>();
     engine.world.init_resource::<hierarchy::Tree>();
+    engine.world.init_resource::<profiler::ProfilerView>();
+    engine.world.init_resource::<profiler::PixelView>();
     engine.add_systems(
         FrameSet::Edit,
         (
@@ -83,7 +85,7 @@ pub fn plugin(engine: &mut Engine) {
     );
     engine.add_systems(
         FrameSet::Present,
-        levels::draw_levels.in_set(DrawOverPicture),
+        (levels::draw_levels, profiler::draw_rays).in_set(DrawOverPicture),
     );
 }
 

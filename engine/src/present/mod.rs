@@ -18,7 +18,7 @@ pub use screen::Screen;
 pub use screenshot::Screenshot;
 pub use tone::{display_rgb, display_rgb8, srgb_from_linear};
 pub use ui::Ui;
-pub use wireframe::{MOST_VOLUMES, Stroke, wireframe};
+pub use wireframe::{MOST_VOLUMES, Stroke, line_over, wireframe};
 
 use bevy_ecs::prelude::*;
 

@@ -9,8 +9,14 @@ use glam::UVec2;
 use super::pass::{Look, PresentPass};
 use super::ui::Ui;
 use crate::frame::FrameScene;
-use crate::trace::gpu::{Ends, Gpu, Reports};
-use crate::trace::{ActiveTracer, OtherPasses, PassTime, TraceError, TraceFault};
+use crate::time::Time;
+use crate::trace::gpu::{Ends, Gpu, Report, Reports};
+use crate::trace::{
+    ActiveTracer, DeviceClock, DeviceReport, OtherPasses, PassTime, TraceError, TraceFault,
+};
+
+/// What presenting is called in the profile.
+const PRESENT: &str = "present and overlay";
 
 /// A window's surface, and what draws to it.
 #[derive(Resource)]
@@ -26,8 +32,10 @@ pub struct Screen {
     reports: Option<Reports>,
     /// What the last presenting took that has come back.
     time: Option<PassTime>,
-    /// Milliseconds of this frame that the display was waited for: for an image to draw to, and to hand it over.
-    waited: f64,
+    /// When this frame waited for the display: for an image to draw to, and to hand it over.
+    waits: Vec<PassTime>,
+    /// What has come back of presenting since the profile last looked.
+    told: Vec<DeviceReport>,
     /// The tracer's picture lies on this screen's device.
     shares_device: bool,
     /// The swap chain no longer fits the window well; configured anew once its image is shown.
@@ -81,9 +89,10 @@ impl Screen {
             .features()
             .contains(wgpu::Features::TIMESTAMP_QUERY);
         Ok(Self {
-            reports: timed.then(|| Reports::new(&gpu)),
+            reports: timed.then(|| Reports::new(&gpu, [PRESENT; 2])),
             time: None,
-            waited: 0.0,
+            waits: Vec::new(),
+            told: Vec::new(),
             pass: PresentPass::new(&gpu.device, format),
             overlay: egui_wgpu::Renderer::new(&gpu.device, format, options),
             gpu,
@@ -148,7 +157,7 @@ impl Screen {
 
     /// Milliseconds that the last frame waited for the display.
     pub fn waited_millis(&self) -> f64 {
-        self.waited
+        self.waits.iter().map(|wait| wait.millis).sum()
     }
 
     /// Milliseconds of the device on presenting, of the last that has come back; 0 where it has no timestamps.
@@ -204,26 +213,34 @@ impl Screen {
 
     /// Takes in the newest timestamps that have come back.
     fn collect_time(&mut self) {
-        let report = self
-            .reports
-            .as_mut()
-            .and_then(|reports| reports.collect(&self.gpu));
+        let told = &mut self.told;
+        let each = |frame, _: &Report, passes| {
+            told.push(DeviceReport {
+                frame,
+                clock: DeviceClock::Screen,
+                passes,
+                rays: None,
+            });
+        };
+        let reports = self.reports.as_mut();
+        let report = reports.and_then(|reports| reports.collect(&self.gpu, each));
         if let Some(millis) = report.and_then(|report| report.millis) {
             self.time = Some(PassTime {
-                name: "present and overlay",
+                name: PRESENT,
                 millis,
+                start: None,
             });
         }
     }
 
     /// Draws picture and overlay and hands the image to the display.
-    fn present(&mut self, ui: &mut Ui, look: Look) {
+    fn present(&mut self, ui: &mut Ui, look: Look, frame: u64) {
         self.upload_overlay(ui);
         let start = Instant::now();
         let image = self.next_image();
-        self.waited = millis_since(start);
+        self.waits = vec![PassTime::since("wait for an image", start)];
         if let Some(image) = image {
-            self.draw(image, ui, look);
+            self.draw(image, ui, look, frame);
         }
         for id in ui.textures.free.drain() {
             self.overlay.free_texture(&id);
@@ -233,7 +250,7 @@ impl Screen {
         }
     }
 
-    fn draw(&mut self, image: wgpu::SurfaceTexture, ui: &Ui, look: Look) {
+    fn draw(&mut self, image: wgpu::SurfaceTexture, ui: &Ui, look: Look, frame: u64) {
         let size = self.size();
         let (device, queue) = (&self.gpu.device, &self.gpu.queue);
         let view = image
@@ -255,9 +272,12 @@ impl Screen {
             self.pass.draw(device, queue, &mut pass, size, look);
             self.overlay.render(&mut pass, &ui.shapes, &screen);
         }
-        let reports = self.reports.as_ref();
-        let report = reports
-            .and_then(|reports| Some((reports, reports.record(&mut encoder, Ends::Picture)?)));
+        let reports = self.reports.as_mut();
+        let report = reports.and_then(|reports| {
+            reports.begin(frame);
+            let slot = reports.record(&mut encoder, Ends::Picture)?;
+            Some((reports, slot))
+        });
         commands.push(encoder.finish());
         queue.submit(commands);
         if let Some((reports, slot)) = report {
@@ -265,13 +285,10 @@ impl Screen {
         }
         let start = Instant::now();
         queue.present(image);
-        self.waited += millis_since(start);
+        self.waits
+            .push(PassTime::since("hand the image over", start));
         self.fault = self.gpu.check().err();
     }
-}
-
-fn millis_since(start: Instant) -> f64 {
-    start.elapsed().as_secs_f64() * 1e3
 }
 
 fn lost_again() -> TraceError {
@@ -309,7 +326,7 @@ pub(super) fn present_picture(
     screen: Option<ResMut<Screen>>,
     mut tracer: ResMut<ActiveTracer>,
     mut fault: ResMut<TraceFault>,
-    scene: Res<FrameScene>,
+    (scene, time): (Res<FrameScene>, Res<Time>),
     mut ui: ResMut<Ui>,
     mut passes: ResMut<OtherPasses>,
 ) {
@@ -333,8 +350,10 @@ pub(super) fn present_picture(
         exposure: scene.view.exposure,
         tone: scene.view.tone_map,
     };
-    screen.present(&mut ui, look);
+    screen.present(&mut ui, look, time.frame);
     screen.collect_time();
-    passes.0.clear();
-    passes.0.extend(screen.time.clone());
+    passes.passes.clear();
+    passes.passes.extend(screen.time.clone());
+    passes.waits.clone_from(&screen.waits);
+    passes.reports.append(&mut screen.told);
 }

@@ -5,7 +5,7 @@
 
 use std::f32::consts::TAU;
 
-use glam::{Vec2, Vec3};
+use glam::{DVec3, Vec2, Vec3};
 
 use crate::frame::{View, ViewProjection};
 use crate::trace::{Form, Level, Owner, Volume};
@@ -89,6 +89,12 @@ pub fn wireframe(volumes: &[Volume], level: Level, view: &View) -> Vec<Stroke> {
         }
     }
     strokes
+}
+
+/// A line in the world over the picture, as [`Stroke::ends`]; none: it is behind the eye or beside the picture.
+pub fn line_over(view: &View, ends: [DVec3; 2]) -> Option<[Vec2; 2]> {
+    let [a, b] = ends.map(|end| (end - view.origin).as_vec3());
+    Camera::new(view).project(a, b)
 }
 
 fn color(volume: &Volume, level: Level) -> [u8; 3] {
@@ -213,8 +219,6 @@ fn clip([a, b]: [Vec2; 2], most: Vec2) -> Option<[Vec2; 2]> {
 
 #[cfg(test)]
 mod tests {
-    use glam::DVec3;
-
     use super::*;
 
     fn volume(form: Form, center: Vec3) -> Volume {

@@ -16,7 +16,7 @@ use tracing_subscriber::layer::{Context, Layer, SubscriberExt};
 use tracing_subscriber::registry::LookupSpan;
 use tracing_subscriber::{EnvFilter, fmt as log};
 
-use super::Span;
+use super::frame::{Span, micros_between};
 
 /// Runs kept when nobody collects them (an engine without the profile plugin): many frames' worth.
 const RUNS_CAPACITY: usize = 4096;
@@ -122,15 +122,12 @@ pub(super) fn drain(start: Instant, spans: &mut Vec<Span>) {
 }
 
 fn span(name: Arc<str>, frame: Instant, start: Instant, end: Instant) -> Span {
-    let micros = |earlier: Instant, later: Instant| {
-        later.saturating_duration_since(earlier).as_secs_f64() * 1e6
-            - earlier.saturating_duration_since(later).as_secs_f64() * 1e6
-    };
     Span {
         name,
-        start_micros: micros(frame, start),
+        start_micros: micros_between(frame, start),
         // A clock tick is the least a system can be said to take.
-        micros: micros(start, end).max(1e-3),
+        micros: micros_between(start, end).max(1e-3),
+        depth: 0,
     }
 }
 
@@ -152,7 +149,7 @@ impl Visit for PathField {
 }
 
 /// A type path with every module left out: `a::b::f<c::D, e::F>` becomes `f<D, F>`.
-fn short_name(path: &str) -> String {
+pub(super) fn short_name(path: &str) -> String {
     let mut short = String::with_capacity(path.len());
     let mut word = 0;
     let mut characters = path.chars().peekable();

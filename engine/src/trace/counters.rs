@@ -75,6 +75,45 @@ impl std::ops::Add for Counters {
 }
 
 impl Counters {
+    /// These, with another's rays and what was left out of them: a device tells of those later than the host of the rest.
+    pub fn with_rays_of(self, rays: Self) -> Self {
+        Self {
+            kept_samples: self.kept_samples,
+            bytes_kept: self.bytes_kept,
+            trees_kept: self.trees_kept,
+            missing_features: self.missing_features,
+            bytes_uploaded: self.bytes_uploaded,
+            trees_updated: self.trees_updated,
+            tree_nodes: self.tree_nodes,
+            ..rays
+        }
+    }
+
+    /// Every count with its name in words, in the order in which people are told.
+    pub fn named(&self) -> [(&'static str, u64); 19] {
+        [
+            ("camera rays", self.primary_rays),
+            ("mirrored rays", self.reflected_rays),
+            ("refracted rays", self.refracted_rays),
+            ("shadow rays", self.shadow_rays),
+            ("pixels on edges", self.edge_pixels),
+            ("bytes uploaded", self.bytes_uploaded),
+            ("instance tree's nodes written", self.tree_nodes),
+            ("trees updated", self.trees_updated),
+            ("media that did not fit", self.media_overflows),
+            ("straight rays ended", self.straight_overflows),
+            (Skip::Kernels.saved(), self.missing_features),
+            (Skip::Away.saved(), self.away_shadows),
+            (Skip::Black.saved(), self.black_shadows),
+            (Skip::FaintLights.saved(), self.faint_shadows),
+            (Skip::FaintRays.saved(), self.dropped_rays),
+            (Skip::Weightless.saved(), self.weightless_rays),
+            (Skip::Still.saved(), self.kept_samples),
+            (Skip::Trees.saved(), self.trees_kept),
+            (Skip::Uploads.saved(), self.bytes_kept),
+        ]
+    }
+
     /// Rays of every kind.
     pub fn rays(&self) -> u64 {
         self.primary_rays + self.reflected_rays + self.refracted_rays + self.shadow_rays

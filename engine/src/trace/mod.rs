@@ -32,6 +32,7 @@
 mod choose;
 mod counters;
 pub mod cpu;
+mod device;
 pub mod gpu;
 mod hierarchy;
 mod pack;
@@ -42,6 +43,7 @@ mod systems;
 
 pub use choose::{BackendChoice, open_tracer};
 pub use counters::Counters;
+pub use device::{DeviceClock, DevicePass, DeviceReport, Upload};
 pub use hierarchy::{Form, Hierarchy, Level, Owner, Volume};
 pub use pack::PackedScene;
 pub use picture::Picture;
@@ -148,6 +150,8 @@ pub struct PassTime {
     pub name: &'static str,
     /// Milliseconds, by the device's timestamps on a GPU.
     pub millis: f64,
+    /// When it began, of a pass on the host; none: on the device, or only how long it took is known.
+    pub start: Option<std::time::Instant>,
 }
 
 impl PassTime {
@@ -156,6 +160,7 @@ impl PassTime {
         Self {
             name,
             millis: start.elapsed().as_secs_f64() * 1e3,
+            start: Some(start),
         }
     }
 }
@@ -216,6 +221,9 @@ pub trait Tracer: Send + Sync {
 
     /// The device in words: processor and threads, or adapter, driver and API.
     fn device(&self) -> String;
+
+    /// The frame whose steps follow, as the clock counts frames: what a device tells later bears its number.
+    fn begin_frame(&mut self, _frame: u64) {}
 
     /// Builds or refits the trees whose geometry changed since the last call.
     ///
@@ -299,6 +307,18 @@ pub trait Tracer: Send + Sync {
 
     /// Times of the last picture's passes, in order. On a GPU: of the last picture that has come back.
     fn pass_times(&self) -> Vec<PassTime>;
+
+    /// What a device has told since the last call of the frames it worked for; those of earlier frames come late.
+    fn take_device_reports(&mut self) -> Vec<DeviceReport> {
+        Vec::new()
+    }
+
+    /// Bytes written for the last frame, buffer by buffer.
+    fn uploads(&self) -> Vec<Upload> {
+        let bytes = self.counters().bytes_uploaded;
+        let buffer = "rows";
+        vec![Upload { buffer, bytes }]
+    }
 
     /// What a picture from its start took, if that is new in this frame: not of a sample that refined one, not of a frame
     /// that rested.

@@ -323,6 +323,7 @@ impl PackedScene {
                 TreeAction::Rebuild => "instance tree: rebuild",
             },
             millis: work.nanos as f64 * 1e-6,
+            start: None,
         }
     }
 

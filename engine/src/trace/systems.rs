@@ -2,10 +2,11 @@
 
 use bevy_ecs::prelude::*;
 
-use super::{PassTime, TraceError, Tracer};
+use super::{DeviceReport, PassTime, TraceError, Tracer};
 use crate::app::Engine;
 use crate::frame::{FrameScene, TraceSettings};
 use crate::schedule::FrameSet;
+use crate::time::Time;
 
 /// The tracer in use; none: frames run without a picture.
 #[derive(Resource, Default)]
@@ -15,9 +16,16 @@ pub struct ActiveTracer(pub Option<Box<dyn Tracer>>);
 #[derive(Resource, Default, Debug)]
 pub struct TraceFault(pub Option<TraceError>);
 
-/// Times of device passes that are not the tracer's, for the profile; whoever runs them keeps them here.
+/// What is not the tracer's, for the profile; whoever runs it keeps it here.
 #[derive(Resource, Default, Debug)]
-pub struct OtherPasses(pub Vec<PassTime>);
+pub struct OtherPasses {
+    /// Times of device passes, of the last that have come back.
+    pub passes: Vec<PassTime>,
+    /// When this frame waited for the display, and how long.
+    pub waits: Vec<PassTime>,
+    /// What the device has told since the profile last looked.
+    pub reports: Vec<DeviceReport>,
+}
 
 /// Adds the three steps (sets [`FrameSet::Refit`], [`FrameSet::Upload`], [`FrameSet::Trace`]).
 pub fn plugin(engine: &mut Engine) {
@@ -30,11 +38,13 @@ pub fn plugin(engine: &mut Engine) {
 }
 
 fn refit_trees(
+    time: Res<Time>,
     scene: Res<FrameScene>,
     mut tracer: ResMut<ActiveTracer>,
     mut fault: ResMut<TraceFault>,
 ) {
     if let Some(tracer) = &mut tracer.0 {
+        tracer.begin_frame(time.frame);
         fault.0 = tracer.refit(&scene).err();
     }
 }

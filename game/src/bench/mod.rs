@@ -15,6 +15,7 @@ mod hills;
 mod hope;
 mod import;
 mod motion;
+mod profile;
 mod rays;
 mod report;
 mod skips;
@@ -45,7 +46,7 @@ struct Benchmark {
 }
 
 /// All benchmarks, in the order they are listed.
-const ALL: [Benchmark; 14] = [
+const ALL: [Benchmark; 15] = [
     Benchmark {
         name: "frame",
         about: "a whole frame of a scene: simulation, extraction, trees, upload, tracing; rays a second; error",
@@ -136,6 +137,13 @@ const ALL: [Benchmark; 14] = [
         run: start::run,
         must: |_| false,
         takes: &["--files", "--small"],
+    },
+    Benchmark {
+        name: "profile",
+        about: "what measuring costs: spans of every system, frames kept, who changed what, the profiler's panel",
+        run: profile::run,
+        must: |_| false,
+        takes: &["--small"],
     },
     Benchmark {
         name: "stability",

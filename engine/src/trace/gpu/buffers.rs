@@ -4,7 +4,7 @@ use std::sync::mpsc;
 use std::time::Duration;
 
 use super::context::Gpu;
-use crate::trace::TraceError;
+use crate::trace::{TraceError, Upload};
 
 /// How long a callback may take to run once its work is done.
 const PATIENCE: Duration = Duration::from_secs(20);
@@ -16,6 +16,8 @@ pub struct RowBuffer {
     /// Bytes of a row.
     row: u64,
     buffer: wgpu::Buffer,
+    /// Bytes written since [`RowBuffer::take_written`].
+    written: u64,
     /// What the last [`RowBuffer::write_changed`] left there, and where.
     known: Option<(u64, Vec<u8>)>,
 }
@@ -29,6 +31,7 @@ impl RowBuffer {
             usage,
             row: size,
             buffer: create(gpu, label, usage, size),
+            written: 0,
             known: None,
         }
     }
@@ -62,11 +65,20 @@ impl RowBuffer {
         Ok(true)
     }
 
+    /// What was written since the last call.
+    pub fn take_written(&mut self) -> Upload {
+        Upload {
+            buffer: self.label,
+            bytes: std::mem::take(&mut self.written),
+        }
+    }
+
     /// Writes; returns the bytes written.
     pub fn write(&mut self, gpu: &Gpu, offset: u64, bytes: &[u8]) -> u64 {
         if !bytes.is_empty() {
             gpu.queue.write_buffer(&self.buffer, offset, bytes);
         }
+        self.written += bytes.len() as u64;
         bytes.len() as u64
     }
 

@@ -88,7 +88,7 @@ pub use adapters::AdapterChoice;
 pub use by_hand::HandKernel;
 pub use context::{Gpu, STORAGE_BUFFERS};
 pub use layout::{Access, SCENE_BINDINGS, tree_bindings};
-pub(crate) use report::{Ends, Reports};
+pub(crate) use report::{Ends, Report, Reports};
 pub use shader::{Kernel, Shader, Specialisation, TYPES_SOURCE, shader_module, shader_source};
 pub use tracer::GpuTracer;
 

@@ -3,6 +3,8 @@
 //! If too many are under way the picture goes unreported. The screen times its presenting the same way; it
 //! counts nothing.
 
+use std::time::Instant;
+
 use bytemuck::pod_read_unaligned;
 use glam::UVec2;
 
@@ -10,6 +12,7 @@ use super::buffers::create;
 use super::context::Gpu;
 use super::readback::{Readback, SLOTS};
 use crate::frame::wire::CounterRow;
+use crate::trace::DevicePass;
 
 const ENTRY: u64 = size_of::<u32>() as u64;
 const COUNTING: wgpu::BufferUsages = wgpu::BufferUsages::STORAGE
@@ -65,8 +68,35 @@ impl Ends {
     }
 }
 
+/// What a device was given to do, and when: no pass of it begins earlier.
+#[derive(Clone, Copy, Debug)]
+pub struct Submission {
+    /// The frame's number.
+    pub frame: u64,
+    /// Not after it was submitted.
+    pub at: Instant,
+}
+
+impl Submission {
+    /// A pass of it that has come back by now, with its timestamps.
+    pub fn pass(self, gpu: &Gpu, name: &'static str, ticks: [u64; 2]) -> DevicePass {
+        let tick = f64::from(gpu.queue.get_timestamp_period()) * 1e-3;
+        DevicePass {
+            name,
+            submitted: self.at,
+            seen: Instant::now(),
+            micros: ticks.map(|ticks| ticks as f64 * tick),
+        }
+    }
+}
+
 /// See the module.
 pub struct Reports {
+    /// What the time up to the first end is called, and that up to the second.
+    names: [&'static str; 2],
+    /// What is under way, and what of each slot.
+    submission: Option<Submission>,
+    submissions: [Option<Submission>; SLOTS],
     /// Where kernels count, and behind that where they list edges.
     pub counters: wgpu::Buffer,
     /// Timestamps of a picture.
@@ -79,7 +109,7 @@ pub struct Reports {
 
 impl Reports {
     /// Buffers, and queries if the device has them.
-    pub fn new(gpu: &Gpu) -> Self {
+    pub fn new(gpu: &Gpu, names: [&'static str; 2]) -> Self {
         use wgpu::BufferUsages as Usage;
         let timed = gpu
             .device
@@ -93,6 +123,9 @@ impl Reports {
             })
         });
         Self {
+            names,
+            submission: None,
+            submissions: [None; SLOTS],
             counters: create(gpu, "counters", COUNTING, COUNTERS + ENTRY),
             queries,
             resolved: create(
@@ -156,8 +189,15 @@ impl Reports {
         self.traced[index] = traced;
     }
 
+    /// Says that what is submitted from now on is for this frame.
+    pub fn begin(&mut self, frame: u64) {
+        let at = Instant::now();
+        self.submission = Some(Submission { frame, at });
+    }
+
     /// Asks for a recorded and submitted report.
-    pub fn request(&self, index: usize) {
+    pub fn request(&mut self, index: usize) {
+        self.submissions[index] = self.submission;
         self.readback.request(index);
     }
 
@@ -171,16 +211,39 @@ impl Reports {
         self.readback.is_waiting()
     }
 
-    /// The newest report that has come back since the last call.
-    pub fn collect(&mut self, gpu: &Gpu) -> Option<Report> {
+    /// The newest report that has come back since the last call; `each` gets all of them, with their passes.
+    pub fn collect(
+        &mut self,
+        gpu: &Gpu,
+        mut each: impl FnMut(u64, &Report, Vec<DevicePass>),
+    ) -> Option<Report> {
         let mut newest: Option<(u64, Report)> = None;
         self.readback.collect(|index, bytes| {
             let (end, report) = self.parse(gpu, bytes, self.traced[index]);
+            if let Some(submission) = self.submissions[index] {
+                let passes = self.passes(gpu, bytes, submission);
+                each(submission.frame, &report, passes);
+            }
             if newest.is_none_or(|(before, _)| end >= before) {
                 newest = Some((end, report));
             }
         });
         newest.map(|(_, report)| report)
+    }
+
+    /// When the device worked, by its own clock; nothing where it has no timestamps.
+    fn passes(&self, gpu: &Gpu, bytes: &[u8], submission: Submission) -> Vec<DevicePass> {
+        let times = &bytes[COUNTERS as usize..];
+        let times: [u64; QUERIES as usize] = pod_read_unaligned(times);
+        if self.queries.is_none() {
+            return Vec::new();
+        }
+        // The last one may be an earlier picture's.
+        let parts = times.windows(2).zip(self.names);
+        parts
+            .filter(|(ends, _)| ends[1] > ends[0])
+            .map(|(ends, name)| submission.pass(gpu, name, [ends[0], ends[1]]))
+            .collect()
     }
 
     fn parse(&self, gpu: &Gpu, bytes: &[u8], traced: Traced) -> (u64, Report) {

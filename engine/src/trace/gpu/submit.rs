@@ -152,6 +152,7 @@ impl GpuTracer {
                 .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
             let is_first = batch.is_first && i == 0;
             if is_first {
+                self.reports.begin(self.frame);
                 encoder.clear_buffer(&self.reports.counters, 0, Some(COUNTERS));
             }
             {

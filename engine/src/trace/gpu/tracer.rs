@@ -10,17 +10,21 @@ use super::layout::Layouts;
 use super::pace::Pace;
 use super::pipelines::Pipelines;
 use super::rays::RayBuffers;
-use super::report::{Reports, Traced};
+use super::report::{Report, Reports, Traced};
 use super::shader::{Kernel, Specialisation};
 use super::stack::StackNeed;
 use super::trees::{DeviceTrees, Plan};
 use super::upload::SceneOnDevice;
+use crate::frame::wire::CounterRow;
 use crate::frame::{Features, FrameScene, Skip, TraceSettings};
 use crate::trace::progress::{Due, Progress};
 use crate::trace::{
-    Backend, Counters, Hierarchy, Hit, Level, PackedScene, PassTime, Picture, PictureTime, Query,
-    Ray, TraceError, Tracer, no_picture_yet,
+    Backend, Counters, DeviceClock, DevicePass, DeviceReport, Hierarchy, Hit, Level, PackedScene,
+    PassTime, Picture, PictureTime, Query, Ray, TraceError, Tracer, Upload, no_picture_yet,
 };
+
+/// Reports that are kept for whoever takes them.
+const MOST_TOLD: usize = 64;
 
 /// Traces with compute shaders.
 pub struct GpuTracer {
@@ -37,6 +41,12 @@ pub struct GpuTracer {
     pub(super) canvas: Option<Canvas>,
     progress: Progress,
     pub(super) reports: Reports,
+    /// The frame's number.
+    pub(super) frame: u64,
+    /// Bytes written for this frame.
+    uploads: Vec<Upload>,
+    /// What has come back and nobody took.
+    told: Vec<DeviceReport>,
     counters: Counters,
     host_passes: Vec<PassTime>,
     pub(super) device_millis: Option<f64>,
@@ -61,7 +71,10 @@ impl GpuTracer {
         let layouts = Layouts::new(&gpu);
         let tracer = Self {
             on_device: SceneOnDevice::new(&gpu, &layouts),
-            reports: Reports::new(&gpu),
+            reports: Reports::new(&gpu, [Kernel::Whitted.name(), Kernel::Antialias.name()]),
+            frame: 0,
+            uploads: Vec::new(),
+            told: Vec::new(),
             layouts,
             packed: PackedScene::for_device(),
             trees: DeviceTrees::new(Arc::clone(&gpu)),
@@ -110,6 +123,11 @@ impl GpuTracer {
             .on_device
             .upload(&self.gpu, &self.layouts, &mut self.packed)?;
         let trees = self.update_trees()?;
+        self.uploads = self.on_device.take_written();
+        self.uploads.push(Upload {
+            buffer: "deformations",
+            bytes: trees,
+        });
         self.gpu.check()?;
         Ok(rows + trees)
     }
@@ -119,6 +137,9 @@ impl GpuTracer {
     fn update_trees(&mut self) -> Result<u64, TraceError> {
         if let Some(report) = self.trees.collect() {
             self.tree_millis = report.millis;
+            for (frame, pass) in report.passes {
+                tell(&mut self.told, frame, vec![pass], None);
+            }
             for (row, cost) in report.costs {
                 if let Some(mesh) = self.packed.meshes.get_mut(row as usize) {
                     mesh.note_cost(cost);
@@ -135,34 +156,23 @@ impl GpuTracer {
             self.trees
                 .build_instances(&mut plan, buffers, boxes, root)?;
         }
-        self.trees.submit(&plan)
+        self.trees.submit(&plan, self.frame)
     }
 
     fn take_report(&mut self) {
-        if let Some(report) = self.reports.collect(&self.gpu) {
-            let counters = report.counters;
+        let told = &mut self.told;
+        let each = |frame, report: &Report, passes| {
+            tell(told, frame, passes, Some(rays_of(&report.counters)));
+        };
+        if let Some(report) = self.reports.collect(&self.gpu, each) {
             (self.device_millis, self.edges_millis) = (report.millis, report.edges_millis);
             if let Some(millis) = report.millis {
                 let Traced { epoch, samples, .. } = report.traced;
                 self.pace.note(epoch, samples, millis);
                 self.note_time(report.traced, millis + report.edges_millis.unwrap_or(0.0));
             }
-            self.counters = Counters {
-                primary_rays: u64::from(counters.primary_rays),
-                reflected_rays: u64::from(counters.reflected_rays),
-                refracted_rays: u64::from(counters.refracted_rays),
-                shadow_rays: u64::from(counters.shadow_rays),
-                media_overflows: u64::from(counters.media_overflows),
-                straight_overflows: u64::from(counters.straight_overflows),
-                dropped_rays: u64::from(counters.dropped_rays),
-                edge_pixels: u64::from(counters.edge_pixels),
-                away_shadows: u64::from(counters.away_shadows),
-                black_shadows: u64::from(counters.black_shadows),
-                faint_shadows: u64::from(counters.faint_shadows),
-                weightless_rays: u64::from(counters.weightless_rays),
-                kept_samples: 0,
-                ..self.counters
-            };
+            self.counters.kept_samples = 0;
+            self.counters = self.counters.with_rays_of(rays_of(&report.counters));
         }
     }
 }
@@ -174,6 +184,18 @@ impl Tracer for GpuTracer {
 
     fn device(&self) -> String {
         self.gpu.describe()
+    }
+
+    fn begin_frame(&mut self, frame: u64) {
+        self.frame = frame;
+    }
+
+    fn uploads(&self) -> Vec<Upload> {
+        self.uploads.clone()
+    }
+
+    fn take_device_reports(&mut self) -> Vec<DeviceReport> {
+        std::mem::take(&mut self.told)
     }
 
     fn refit(&mut self, scene: &FrameScene) -> Result<(), TraceError> {
@@ -286,6 +308,7 @@ impl Tracer for GpuTracer {
             anew.compile_in_background();
         }
         anew.pace = self.pace.after_loss();
+        anew.frame = self.frame;
         anew.progress = self.progress;
         anew.progress.lose();
         *self = anew;
@@ -339,13 +362,52 @@ impl Tracer for GpuTracer {
     }
 
     fn pass_times(&self) -> Vec<PassTime> {
-        let pass = |name, millis: Option<f64>| millis.map(|millis| PassTime { name, millis });
+        let pass = |name, millis: Option<f64>| {
+            let start = None;
+            millis.map(|millis| PassTime {
+                name,
+                millis,
+                start,
+            })
+        };
         let trees = pass("trees", self.tree_millis);
         let picture = pass(Kernel::Whitted.name(), self.device_millis);
         let host = self.host_passes.iter().cloned();
         let edges = pass(Kernel::Antialias.name(), self.edges_millis);
         host.chain(trees).chain(picture).chain(edges).collect()
     }
+}
+
+/// What a kernel counted.
+fn rays_of(row: &CounterRow) -> Counters {
+    Counters {
+        primary_rays: u64::from(row.primary_rays),
+        reflected_rays: u64::from(row.reflected_rays),
+        refracted_rays: u64::from(row.refracted_rays),
+        shadow_rays: u64::from(row.shadow_rays),
+        media_overflows: u64::from(row.media_overflows),
+        straight_overflows: u64::from(row.straight_overflows),
+        dropped_rays: u64::from(row.dropped_rays),
+        edge_pixels: u64::from(row.edge_pixels),
+        away_shadows: u64::from(row.away_shadows),
+        black_shadows: u64::from(row.black_shadows),
+        faint_shadows: u64::from(row.faint_shadows),
+        weightless_rays: u64::from(row.weightless_rays),
+        ..Counters::default()
+    }
+}
+
+/// Keeps what came back of a frame until somebody takes it; of what nobody takes, the newest.
+fn tell(told: &mut Vec<DeviceReport>, frame: u64, passes: Vec<DevicePass>, rays: Option<Counters>) {
+    if told.len() >= MOST_TOLD {
+        told.remove(0);
+    }
+    told.push(DeviceReport {
+        frame,
+        clock: DeviceClock::Tracer,
+        passes,
+        rays,
+    });
 }
 
 /// A scene that is too large, with how large it is and what to do.

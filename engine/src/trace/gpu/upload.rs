@@ -11,7 +11,7 @@ use crate::frame::wire::{
     InstanceRow, LightRow, MaterialRow, Node4, PassRow, PlacedTriangleRow, VertexRow, ViewRow,
 };
 use crate::trace::pack::{DirtyRows, PackedMesh, Stale};
-use crate::trace::{PackedScene, TraceError};
+use crate::trace::{PackedScene, TraceError, Upload};
 
 /// Triangles that get their positions at a time, on their way to the device: a mebibyte of them.
 const PLACED_AT_A_TIME: usize = 1 << 14;
@@ -34,6 +34,8 @@ pub struct SceneOnDevice {
     undeformed: Vec<u32>,
     /// Triangles on their way; kept for its room.
     placed: Vec<PlacedTriangleRow>,
+    /// Bytes of textures since [`SceneOnDevice::take_written`].
+    texels_written: u64,
     /// Group 3.
     pub texels: TexelMemory,
     /// Group 0.
@@ -81,6 +83,7 @@ impl SceneOnDevice {
             moved: false,
             undeformed: Vec::new(),
             placed: Vec::new(),
+            texels_written: 0,
             texels: TexelMemory::default(),
         }
     }
@@ -121,7 +124,9 @@ impl SceneOnDevice {
             let offset = bytes_of_rows::<Node4>(first);
             written += self.nodes.write(gpu, offset, cast_slice(nodes));
         }
-        written += self.texels.upload(gpu, layouts, &mut packed.texels)?;
+        let texels = self.texels.upload(gpu, layouts, &mut packed.texels)?;
+        self.texels_written += texels;
+        written += texels;
         let moved = &mut self.moved;
         written += put(gpu, &mut self.instances, &mut packed.instances.rows, moved)?;
         written += put(gpu, &mut self.materials, &mut packed.materials, moved)?;
@@ -175,6 +180,26 @@ impl SceneOnDevice {
             written += bytes;
         }
         written
+    }
+
+    /// Bytes written since the last call, buffer by buffer.
+    pub fn take_written(&mut self) -> Vec<Upload> {
+        let buffers = [
+            &mut self.instances,
+            &mut self.nodes,
+            &mut self.triangles,
+            &mut self.vertices,
+            &mut self.materials,
+            &mut self.lights,
+            &mut self.view,
+            &mut self.passes,
+        ];
+        let mut uploads: Vec<Upload> = buffers.map(RowBuffer::take_written).into();
+        uploads.push(Upload {
+            buffer: "textures",
+            bytes: std::mem::take(&mut self.texels_written),
+        });
+        uploads
     }
 
     /// Meshes whose vertices and boxes are to be computed here, since the last call.

@@ -4,6 +4,7 @@
 //! a*b+c, so every operation is IEEE double.
 
 pub(super) mod deform;
+mod explain;
 mod look;
 mod shape;
 #[cfg(test)]
@@ -13,11 +14,14 @@ mod tree;
 mod whitted;
 mod world;
 
+pub use self::explain::{ExplainedRay, Explanation, Fate, MOST_RAYS, RayKind};
+
 use std::time::Instant;
 
 use glam::{DVec2, DVec3, UVec2};
 use rayon::prelude::*;
 
+use self::explain::{Recorder, TreeRecorder};
 use self::whitted::Whitted;
 use self::world::{World, WorldHit, WorldRay};
 use super::{
@@ -137,14 +141,40 @@ impl ReferenceTracer {
         [hit_of(&hit), next.map_or(Hit::MISS, |hit| hit_of(&hit))]
     }
 
-    fn pixel(&self, x: u32, y: u32, whitted: &mut Whitted) -> DVec3 {
+    /// Every ray of a pixel of the uploaded frame, whether that was rendered or not; none: the picture has no such pixel.
+    pub fn explain(&self, pixel: UVec2) -> Option<Explanation> {
+        let size = self.settings.size;
+        if pixel.cmpge(size).any() {
+            return None;
+        }
+        let mut whitted = self.whitted(TreeRecorder::new(self.scene.view.origin));
+        let color = self.pixel(pixel.x, pixel.y, &mut whitted);
+        let counters = whitted.counters;
+        let recorder = whitted.recorder;
+        Some(recorder.explanation(pixel, size, color, counters))
+    }
+
+    /// Whitted's walk of the uploaded frame, told to a recorder.
+    fn whitted<R: Recorder>(&self, recorder: R) -> Whitted<'_, R> {
+        Whitted {
+            scene: &self.scene,
+            world: &self.world,
+            pixel_width: self.pixel_width(),
+            counters: Counters::default(),
+            recorder,
+        }
+    }
+
+    fn pixel<R: Recorder>(&self, x: u32, y: u32, whitted: &mut Whitted<R>) -> DVec3 {
         let samples = self.settings.samples.clamp(1, SAMPLES_CAPACITY);
         let mut sum = DVec3::ZERO;
         for index in 0..samples {
             let [right, down] = sample_offset(index).map(f64::from);
             whitted.counters.primary_rays += 1;
             let ray = self.camera_ray(f64::from(x) + right, f64::from(y) + down);
-            sum += whitted.radiance(&ray, 1, &Vec::new());
+            let share = DVec3::splat(1.0 / f64::from(samples));
+            let sent = (RayKind::Camera(index), share);
+            sum += whitted.send(sent, &ray, 1, &Vec::new());
         }
         sum / f64::from(samples)
     }
@@ -194,12 +224,7 @@ impl Tracer for ReferenceTracer {
         let rows: Vec<(Vec<glam::Vec3>, Counters)> = (0..height)
             .into_par_iter()
             .map(|y| {
-                let mut whitted = Whitted {
-                    scene: &self.scene,
-                    world: &self.world,
-                    pixel_width: self.pixel_width(),
-                    counters: Counters::default(),
-                };
+                let mut whitted = self.whitted(());
                 let row = (0..width).map(|x| self.pixel(x, y, &mut whitted).as_vec3());
                 (row.collect(), whitted.counters)
             })

@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::explain::Recorder;
 use super::shape::{LocalHit, LocalRay, triangle};
 use crate::world::MeshData;
 
@@ -67,11 +68,12 @@ impl MeshTree {
         index
     }
 
-    /// Calls `found` for every triangle hit whose box begins no farther than `found` last returned, and that is no hole.
+    /// Calls `found` (and tells the recorder of every test) for every triangle hit whose box begins no farther than `found` last returned, and that is no hole.
     pub fn hits(
         &self,
         mesh: &MeshData,
         ray: &LocalRay,
+        recorder: &mut impl Recorder,
         is_hole: impl Fn(&LocalHit) -> bool,
         mut found: impl FnMut(LocalHit) -> f64,
     ) {
@@ -83,6 +85,7 @@ impl MeshTree {
         };
         while let Some(index) = pending.pop() {
             let node = &self.nodes[index];
+            recorder.test_box();
             if !enters(ray, node.min, node.max, limit) {
                 continue;
             }
@@ -91,6 +94,7 @@ impl MeshTree {
                 continue;
             }
             for &prim in &self.order[node.range.clone()] {
+                recorder.test_shape();
                 let corners = mesh.triangles[prim as usize].map(|c| mesh.vertices[c as usize]);
                 if let Some(hit) = triangle(ray, corners, prim).filter(|hit| !is_hole(hit)) {
                     limit = found(hit);

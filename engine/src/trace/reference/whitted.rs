@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use super::explain::{RayKind, Recorder};
 use super::look;
 use super::world::{Key, World, WorldHit, WorldRay};
 use crate::frame::wire::{GENERATIONS_CAPACITY, STRAIGHT_CAPACITY};
@@ -10,7 +11,7 @@ use crate::trace::Counters;
 use crate::world::{Material, Reflection};
 
 /// A scene, its world of shapes, and what tracing it adds up.
-pub struct Whitted<'a> {
+pub struct Whitted<'a, R = ()> {
     /// The frame.
     pub scene: &'a FrameScene,
     /// Shapes relative to the eye.
@@ -19,6 +20,8 @@ pub struct Whitted<'a> {
     pub pixel_width: f64,
     /// Rays so far.
     pub counters: Counters,
+    /// Who is told of every ray.
+    pub recorder: R,
 }
 
 /// A point where a ray met a surface.
@@ -39,10 +42,25 @@ struct Surface {
 /// The media a ray is inside of: instance and index, in order of entry.
 type Media = Vec<(u32, f64)>;
 
-impl Whitted<'_> {
+impl<R: Recorder> Whitted<'_, R> {
+    /// [`Whitted::radiance`] of a ray that is sent for a share of what sends it.
+    pub fn send(
+        &mut self,
+        (kind, share): (RayKind, DVec3),
+        ray: &WorldRay,
+        generation: u32,
+        media: &Media,
+    ) -> DVec3 {
+        let depth = self.recorder.depth();
+        self.recorder.enter(kind, ray, share);
+        let radiance = self.radiance(ray, generation, media);
+        self.recorder.back_to(depth);
+        radiance
+    }
+
     /// Linear RGB along a ray of a generation (the camera's is 1) that is inside `media`. A boundary of
     /// equal indices does not end the generation: the ray goes straight on, a loop and no recursion.
-    pub fn radiance(&mut self, ray: &WorldRay, generation: u32, media: &Media) -> DVec3 {
+    fn radiance(&mut self, ray: &WorldRay, generation: u32, media: &Media) -> DVec3 {
         if generation > self.scene.max_generations.min(GENERATIONS_CAPACITY) {
             return DVec3::ZERO;
         }
@@ -51,9 +69,13 @@ impl Whitted<'_> {
         for _ in 0..=STRAIGHT_CAPACITY {
             let met = self.meet(&ray);
             let length = met.as_ref().map_or(f64::INFINITY, |met| met.1);
-            weight *= self.left_after(&media, length);
-            let Some((surface, _)) = met else {
-                return sum + weight * self.sky(ray.dir);
+            let left = self.left_after(&media, length);
+            weight *= left;
+            self.recorder.meet(met.as_ref().map(|met| &met.2), left);
+            let Some((surface, ..)) = met else {
+                let sky = self.sky(ray.dir);
+                self.recorder.add(sky);
+                return sum + weight * sky;
             };
             sum += weight * self.local_light(&surface, ray.dir, &media);
             let (eta, beyond) = cross(&media, surface.start.0, surface.material.ior);
@@ -67,7 +89,9 @@ impl Whitted<'_> {
             if shares.reflected.max_element() > 0.0 {
                 self.counters.reflected_rays += 1;
                 let mirrored = from_here(mirror(ray.dir, &surface));
-                sum += weight * shares.reflected * self.radiance(&mirrored, generation + 1, &media);
+                let sent = (RayKind::Mirrored, shares.reflected);
+                let light = self.send(sent, &mirrored, generation + 1, &media);
+                sum += weight * shares.reflected * light;
             }
             let Some(onward) = shares.onward else {
                 return sum;
@@ -76,9 +100,11 @@ impl Whitted<'_> {
             weight *= shares.passed;
             if onward != ray.dir {
                 let bent = from_here(onward);
-                return sum + weight * self.radiance(&bent, generation + 1, &beyond);
+                let sent = (RayKind::Refracted, shares.passed);
+                return sum + weight * self.send(sent, &bent, generation + 1, &beyond);
             }
             (ray, media) = (from_here(onward), beyond);
+            self.recorder.enter(RayKind::Straight, &ray, shares.passed);
         }
         self.counters.straight_overflows += 1;
         sum
@@ -117,10 +143,12 @@ impl Whitted<'_> {
         DVec3::from(absorption.to_array().map(left))
     }
 
-    /// The surface that a ray meets, and how far away.
-    fn meet(&self, ray: &WorldRay) -> Option<(Surface, f64)> {
+    /// The surface that a ray meets, how far away, and the hit.
+    fn meet(&mut self, ray: &WorldRay) -> Option<(Surface, f64, WorldHit)> {
         let before = (f64::INFINITY, 0, 0);
-        let hit = self.world.nearest(ray, just_after(0.0), before)?;
+        let recorder = &mut self.recorder;
+        let world = self.world;
+        let hit = world.nearest_told(ray, just_after(0.0), before, recorder)?;
         let point = self
             .world
             .on_surface(&hit, ray.origin + ray.dir * hit.key.0);
@@ -144,7 +172,7 @@ impl Whitted<'_> {
         };
         let is_outward = face.dot(n_geom) > 0.0;
         self.appear(&mut surface, &hit, ray.dir, is_outward);
-        Some((surface, hit.key.0))
+        Some((surface, hit.key.0, hit))
     }
 
     /// What a cone widens by, a length: rays of a pinhole's pixels part.
@@ -199,7 +227,8 @@ impl Whitted<'_> {
         let color = surface.color;
         let opaque = (1.0 - f64::from(m.filter) - f64::from(m.transmit)).max(0.0);
         let mut sum = color * (f64::from(m.emission) * opaque);
-        for light in self.scene.lights.iter() {
+        self.recorder.add(sum);
+        for (number, light) in self.scene.lights.iter().enumerate() {
             let (to_light, distance) = self.beam(light, surface.point);
             let cosine = surface.n_shade.dot(to_light);
             let is_away = surface.lift.is_none() && surface.n_geom.dot(to_light) < 1e-10;
@@ -219,7 +248,9 @@ impl Whitted<'_> {
             }
             let strength = strength(light, to_light, distance);
             if answer * strength != DVec3::ZERO {
-                sum += answer * strength * self.shadow((surface, media), to_light, distance);
+                let share = answer * strength;
+                let sent = (RayKind::Shadow(number as u32), share);
+                sum += share * self.shadow(sent, (surface, media), to_light, distance);
             }
         }
         sum
@@ -239,6 +270,7 @@ impl Whitted<'_> {
     /// The product over all surfaces between a point and a light, and over the media between them.
     fn shadow(
         &mut self,
+        (kind, share): (RayKind, DVec3),
         (surface, media): (&Surface, &Media),
         to_light: DVec3,
         distance: f64,
@@ -250,11 +282,23 @@ impl Whitted<'_> {
             width: 0.0,
             start: Some(surface.start),
         };
+        let depth = self.recorder.depth();
+        self.recorder.enter(kind, &ray, share);
+        let passed = self.passed(&ray, distance, media.clone());
+        self.recorder.add(passed);
+        self.recorder.back_to(depth);
+        passed
+    }
+
+    /// What passes along a shadow ray that starts inside of media.
+    fn passed(&mut self, ray: &WorldRay, distance: f64, mut inside: Media) -> DVec3 {
         let before = (distance, 0, 0);
         let (mut passed, mut after) = (DVec3::ONE, just_after(0.0));
-        let mut inside = media.clone();
-        while let Some(hit) = self.world.nearest(&ray, after, before) {
-            let (.., material) = self.world.normals(&hit, DVec3::Y);
+        self.recorder.meet(None, DVec3::ONE);
+        let world = self.world;
+        while let Some(hit) = world.nearest_told(ray, after, before, &mut self.recorder) {
+            self.recorder.meet(Some(&hit), DVec3::ONE);
+            let (.., material) = world.normals(&hit, DVec3::Y);
             let material = &self.scene.materials[material as usize];
             if material.transmission().max_element() <= 0.0 {
                 return DVec3::ZERO;

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DMat3, DVec2, DVec3};
 
 use super::deform;
+use super::explain::Recorder;
 use super::look::{Chart, Cutout, Look, look_at};
 use super::shape::{self, LocalHit, LocalRay};
 use super::torus::{self, on_torus, torus_normal};
@@ -205,6 +206,17 @@ impl World {
 
     /// The first hit in the order of keys with `after < key < before`.
     pub fn nearest(&self, ray: &WorldRay, after: Key, before: Key) -> Option<WorldHit> {
+        self.nearest_told(ray, after, before, &mut ())
+    }
+
+    /// [`World::nearest`], with every test told to a recorder.
+    pub fn nearest_told(
+        &self,
+        ray: &WorldRay,
+        after: Key,
+        before: Key,
+        recorder: &mut impl Recorder,
+    ) -> Option<WorldHit> {
         let mut best: Option<WorldHit> = None;
         for placed in &self.placed {
             let local = LocalRay {
@@ -222,6 +234,9 @@ impl World {
                 }
                 best.map_or(before.0, |b| b.key.0)
             };
+            if !matches!(placed.shape, Shape::Mesh(_)) {
+                recorder.test_shape();
+            }
             match placed.shape {
                 Shape::Vacant => {}
                 Shape::Mesh(mesh) => {
@@ -229,7 +244,8 @@ impl World {
                     let cutout = placed.cutout.as_ref();
                     let is_hole =
                         |hit: &LocalHit| cutout.is_some_and(|c| c.is_hole(&shown.source, hit));
-                    shown.tree.hits(&shown.mesh, &local, is_hole, offer);
+                    let tree = &shown.tree;
+                    tree.hits(&shown.mesh, &local, recorder, is_hole, offer);
                 }
                 Shape::Sphere { radius } => {
                     let bounds = DVec3::splat(radius);

@@ -22,6 +22,7 @@ pub use report::TreesReport;
 pub use rig::{Rig, RigRows};
 
 use std::sync::Arc;
+use std::time::Instant;
 
 use bytemuck::{Zeroable, cast_slice};
 
@@ -34,6 +35,7 @@ use super::buffers::RowBuffer;
 use super::context::Gpu;
 use super::layout::Layouts;
 use super::pipelines::Pipelines;
+use super::report::Submission;
 use super::shader::Kernel;
 use crate::frame::wire::{JobRow, StageRow, StepRow};
 use crate::trace::TraceError;
@@ -224,11 +226,11 @@ impl DeviceTrees {
         self.builder.plan(&self.gpu, plan, tree)
     }
 
-    /// Submits a plan as one compute pass; returns the bytes written for it.
+    /// Submits a plan of a frame as one compute pass; returns the bytes written for it.
     ///
     /// # Errors
     /// [`TraceError::Device`], [`TraceError::TooLarge`].
-    pub fn submit(&mut self, plan: &Plan) -> Result<u64, TraceError> {
+    pub fn submit(&mut self, plan: &Plan, frame: u64) -> Result<u64, TraceError> {
         if plan.is_empty() {
             return Ok(std::mem::take(&mut self.written));
         }
@@ -238,9 +240,10 @@ impl DeviceTrees {
             .create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         let written = self.record(&mut encoder, plan, None)?;
         let slot = self.reports.record(&mut encoder);
+        let at = Instant::now();
         self.gpu.queue.submit([encoder.finish()]);
         if let Some(slot) = slot {
-            self.reports.request(slot);
+            self.reports.request(slot, Some(Submission { frame, at }));
         }
         Ok(written)
     }

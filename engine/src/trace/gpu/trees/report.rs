@@ -2,9 +2,11 @@
 
 use bytemuck::pod_read_unaligned;
 
+use crate::trace::DevicePass;
 use crate::trace::gpu::buffers::create;
 use crate::trace::gpu::context::Gpu;
 use crate::trace::gpu::readback::Readback;
+use crate::trace::gpu::report::Submission;
 
 /// Trees whose costs come back at once; of more, the first ones' do.
 pub(super) const MOST_COSTS: usize = 256;
@@ -19,6 +21,8 @@ pub struct TreesReport {
     /// For each refitted tree its key and the expected work of a ray that meets the root's box, by the surface
     /// area heuristic, as [`crate::bvh::Tree::cost`] has it.
     pub costs: Vec<(u32, f32)>,
+    /// Of every plan that has come back since: its frame, and when the device worked on it.
+    pub passes: Vec<(u64, DevicePass)>,
 }
 
 /// Where kernels leave it, and how it comes back.
@@ -30,8 +34,8 @@ pub(super) struct TreesReports {
     queries: Option<wgpu::QuerySet>,
     resolved: wgpu::Buffer,
     readback: Readback,
-    /// Keys of each answer on its way.
-    asked: Vec<Vec<u32>>,
+    /// Keys of each answer on its way, and what it is of.
+    asked: Vec<(Vec<u32>, Option<Submission>)>,
 }
 
 impl TreesReports {
@@ -82,20 +86,22 @@ impl TreesReports {
         }
         encoder.copy_buffer_to_buffer(&self.costs, 0, buffer, TIMESTAMPS, COSTS);
         if slot >= self.asked.len() {
-            self.asked.resize(slot + 1, Vec::new());
+            self.asked.resize(slot + 1, Default::default());
         }
-        self.asked[slot] = keys;
+        self.asked[slot] = (keys, None);
         Some(slot)
     }
 
-    /// Asks for a recorded and submitted report.
-    pub(super) fn request(&self, slot: usize) {
+    /// Asks for a recorded and submitted report; `submission` is what it is of, if it is a frame's.
+    pub(super) fn request(&mut self, slot: usize, submission: Option<Submission>) {
+        self.asked[slot].1 = submission;
         self.readback.request(slot);
     }
 
     /// The newest report that has come back since the last call.
     pub(super) fn collect(&self, gpu: &Gpu) -> Option<TreesReport> {
         let mut newest: Option<(u64, TreesReport)> = None;
+        let mut passes = Vec::new();
         let tick = f64::from(gpu.queue.get_timestamp_period()) * 1e-6;
         self.readback.collect(|slot, bytes| {
             let (times, costs) = bytes.split_at(TIMESTAMPS as usize);
@@ -105,12 +111,16 @@ impl TreesReports {
             let millis = last.saturating_sub(first) as f64 * tick;
             let report = TreesReport {
                 millis: self.queries.is_some().then_some(millis),
-                costs: self.asked[slot].iter().copied().zip(costs).collect(),
+                costs: self.asked[slot].0.iter().copied().zip(costs).collect(),
+                passes: Vec::new(),
             };
+            if let (Some(of), Some(_)) = (self.asked[slot].1, &self.queries) {
+                passes.push((of.frame, of.pass(gpu, "trees", [first, last])));
+            }
             if newest.as_ref().is_none_or(|(before, _)| last >= *before) {
                 newest = Some((last, report));
             }
         });
-        newest.map(|(_, report)| report)
+        newest.map(|(_, report)| TreesReport { passes, ..report })
     }
 }

@@ -161,12 +161,13 @@ impl Rig {
         encoder.copy_buffer_to_buffer(&resolved, 0, &staging, 0, size);
         self.gpu.queue.submit([encoder.finish()]);
         if let Some(slot) = report {
-            self.trees.reports.request(slot);
+            self.trees.reports.request(slot, None);
         }
         let times: Vec<u64> = parse(&read(&self.gpu, &staging)?);
         let period = f64::from(self.gpu.queue.get_timestamp_period()) * 1e-6;
         let passes = plan.names().zip(times.windows(2));
         let passes = passes.map(|(name, mark)| PassTime {
+            start: None,
             name,
             millis: mark[1].saturating_sub(mark[0]) as f64 * period,
         });
