@@ -9,6 +9,7 @@ use orrery_engine::frame::Skip;
 use orrery_engine::frame::wire::{GENERATIONS_CAPACITY, SAMPLES_CAPACITY};
 use orrery_engine::input::KeyMap;
 use orrery_engine::trace::Level;
+use orrery_engine::trace::reference::Heat;
 
 use crate::pattern::Pattern;
 use crate::words::{
@@ -139,6 +140,10 @@ pub struct RenderRequest {
     /// added in linear light and what it cost; by the f64 reference. 0,0 is the top left.
     #[arg(long, value_name = "X,Y", value_parser = pixel, conflicts_with_all = ["levels", "linear16", "resume"])]
     pub explain: Option<UVec2>,
+    /// Instead of the picture: what each pixel costs, from dark (least) to white (most). Rays of every kind, the depth of the
+    /// longest chain of them, or the boxes or shapes (triangles among them) that they were held against; by the f64 reference.
+    #[arg(long, value_name = "rays|depth|boxes|shapes", conflicts_with_all = ["levels", "linear16", "explain"])]
+    pub heat: Option<Heat>,
 }
 
 /// Options of `compare`.

@@ -14,6 +14,7 @@ mod defects;
 mod device;
 mod explain;
 mod failure;
+mod heat;
 mod interrupt;
 mod output;
 mod pattern;

@@ -11,7 +11,7 @@ use crate::defects::Defects;
 use crate::failure::Failure;
 use crate::output::{note, progress, say};
 use crate::profile_log::ProfileLog;
-use crate::{device, explain, interrupt, stage};
+use crate::{device, explain, heat, interrupt, stage};
 
 /// Size unless asked otherwise: what most screens show without scaling, and quick enough on a processor.
 const SIZE: UVec2 = UVec2::new(1280, 720);
@@ -27,6 +27,9 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
         return Err(Failure::Usage(format!(
             "{count} frames would share one file: `--out` has no place for the frame number; write it as ####, as in frames/f_####.png"
         )));
+    }
+    if let Some(heat) = request.heat {
+        return heat::run(heat, request, common, SIZE);
     }
     if request.linear16 && !request.out.is_png() {
         return Err(Failure::Usage(

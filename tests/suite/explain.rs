@@ -86,6 +86,64 @@ fn every_ray_has_its_parent_and_the_counts_agree() {
 }
 
 #[test]
+fn a_survey_counts_what_explanations_list() {
+    for (seed, tracer, settings) in tracers().take(8) {
+        let survey = tracer.survey(1);
+        assert_eq!(survey.size, settings.size);
+        let (mut tests, mut sent) = (0, 0);
+        for (at, cost) in survey.pixels.iter().enumerate() {
+            let at = at as u32;
+            let pixel = UVec2::new(at % settings.size.x, at / settings.size.x);
+            let rays = tracer.explain(pixel).expect("it is in the picture").rays;
+            assert_eq!(
+                cost.rays as usize,
+                rays.len(),
+                "scene {seed}, pixel {pixel}"
+            );
+            assert_eq!(cost.boxes, rays.iter().map(|ray| ray.boxes).sum::<u32>());
+            assert_eq!(cost.shapes, rays.iter().map(|ray| ray.shapes).sum::<u32>());
+            let chains = rays
+                .iter()
+                .filter(|ray| !matches!(ray.kind, RayKind::Shadow(_)));
+            let depth = chains.map(|ray| ray.depth + 1).max();
+            assert_eq!(Some(cost.depth as usize), depth);
+            tests += u64::from(cost.boxes + cost.shapes);
+            sent += rays.iter().filter(|ray| ray.parent.is_some()).count() as u64;
+        }
+        assert_eq!(
+            survey.tests(),
+            tests,
+            "scene {seed}: all work is somebody's"
+        );
+        assert_eq!(
+            survey.things.iter().map(|thing| thing.sent).sum::<u64>(),
+            sent
+        );
+    }
+}
+
+#[test]
+fn heat_is_a_picture_and_says_its_scale() {
+    let folder = crate::cli::folder("heat");
+    let out = folder.join("heat.png").display().to_string();
+    let arguments = [
+        "render",
+        "two_spheres",
+        "--size",
+        "32x24",
+        "--heat",
+        "rays",
+        "--out",
+        &out,
+    ];
+    expect(&arguments, 0, &["heat.png: rays a pixel", "at most"]);
+    assert!(image::open(&out).is_ok());
+    expect(&["render", "two_spheres", "--heat", "warm"], 2, &["boxes"]);
+    let exr = ["render", "two_spheres", "--heat", "depth", "--out", "x.exr"];
+    expect(&exr, 2, &[".png"]);
+}
+
+#[test]
 fn the_program_prints_a_tree_and_refuses_what_is_no_pixel() {
     let pixel = |at| ["render", "two_spheres", "--size", "64x48", "--explain", at];
     expect(

@@ -109,6 +109,7 @@ fn draw_panels(world: &mut World) {
             hierarchy::show(ui, world);
             inspector::show(ui, world);
         }
+        profiler::mind_ledger(world, profiler);
         if profiler {
             profiler::show(ui, world);
         }

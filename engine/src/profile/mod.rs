@@ -10,6 +10,7 @@
 
 mod align;
 mod blame;
+mod entities;
 mod error;
 pub mod export;
 mod frame;
@@ -19,6 +20,7 @@ mod layer;
 pub mod ledger;
 
 pub use blame::{Blame, blame, costs};
+pub use entities::{EntityCost, EntityCosts};
 pub use error::PictureError;
 pub use frame::{Frame, Pass, Span};
 pub use frames::{Frames, SETTLING_FRAMES, Stop, WORST_FRAMES};
@@ -61,6 +63,7 @@ pub fn plugin(engine: &mut Engine) {
     engine.world.init_resource::<Profile>();
     engine.world.init_resource::<Frames>();
     engine.world.init_resource::<Ledger>();
+    engine.world.init_resource::<EntityCosts>();
     engine.world.insert_resource(FrameStart(Instant::now()));
     engine.add_systems(FrameSet::Input, begin_frame);
     engine.add_systems(FrameSet::Report, report_frame);

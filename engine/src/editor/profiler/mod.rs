@@ -12,6 +12,7 @@ mod summary;
 mod tables;
 #[cfg(test)]
 mod tests;
+mod things;
 mod uploads;
 
 use std::sync::Arc;
@@ -23,6 +24,7 @@ pub use self::pixel::{PixelView, draw_rays};
 
 use self::summary::Summary;
 use super::overlay::Notices;
+use super::selection::Pick;
 use super::{EditorState, theme};
 use crate::profile::{Frame, Frames, Ledger, Profile, Stop};
 use crate::trace::ActiveTracer;
@@ -50,6 +52,8 @@ enum Tab {
     Worst,
     /// Rays, bytes, trees, and what was left out.
     Counters,
+    /// What each entity costs of the picture.
+    Things,
     /// What was brought to the tracer, and why.
     Uploads,
     /// The ray tree of a pixel.
@@ -88,16 +92,26 @@ pub fn show(ui: &mut Ui, world: &mut World) {
         });
     });
     pixel::pick(ui, world);
-    let keeps = world.resource::<ProfilerView>().tab == Tab::Uploads;
-    world.resource_mut::<Ledger>().wanted = keeps;
-    if asked.entity.is_some() {
-        world.resource_mut::<EditorState>().selected = asked.entity;
+    if let Some(entity) = asked.entity {
+        let mut state = world.resource_mut::<EditorState>();
+        state.selection.pick(entity, Pick::Only);
+    }
+    if asked.count {
+        world.resource_scope(|world, mut pixel: Mut<PixelView>| pixel.count_things(world));
     }
     if asked.save {
         let tracer = world.resource::<ActiveTracer>().0.as_ref();
         let device = tracer.map_or_else(String::new, |tracer| tracer.device());
         let said = save::captures(world.resource::<Frames>(), &device);
         world.resource_mut::<Notices>().toast(said);
+    }
+}
+
+/// Has uploads looked into while their table is shown.
+pub fn mind_ledger(world: &mut World, is_open: bool) {
+    let wanted = is_open && world.resource::<ProfilerView>().tab == Tab::Uploads;
+    if let Some(mut ledger) = world.get_resource_mut::<Ledger>() {
+        ledger.wanted = wanted;
     }
 }
 
@@ -108,6 +122,8 @@ struct Asked {
     save: bool,
     /// To be selected.
     entity: Option<Entity>,
+    /// What entities cost is to be counted.
+    count: bool,
 }
 
 fn panel(
@@ -138,7 +154,7 @@ fn contents(
     }
     let mut asked = Asked {
         save: headline(ui, view, frames),
-        entity: None,
+        ..Asked::default()
     };
     history::show(ui, view, frames);
     ui.add_space(4.0);
@@ -158,7 +174,7 @@ fn contents(
         ui.allocate_ui_with_layout(
             egui::vec2(tables, high),
             Layout::top_down(Align::Min),
-            |ui| asked.entity = tables::show(ui, (view, pixel), (frames, &frame), world),
+            |ui| tables::show(ui, (view, pixel), (frames, &frame), (world, &mut asked)),
         );
     });
     asked

@@ -7,13 +7,14 @@ use bevy_ecs::prelude::*;
 use egui::{Color32, Id, LayerId, Order, RichText, ScrollArea, Sense, Stroke, Ui};
 use glam::{DVec3, UVec2};
 
+use super::things;
 use crate::editor::levels::place;
+use crate::editor::naming::label;
 use crate::editor::{EditorState, theme};
 use crate::frame::{FrameScene, TraceSettings};
 use crate::present::{self, line_over};
 use crate::trace::Tracer;
 use crate::trace::reference::{ExplainedRay, Explanation, Fate, RayKind, ReferenceTracer};
-use crate::world::SceneId;
 
 const ROW: f32 = 18.0;
 /// Lines drawn at most.
@@ -29,6 +30,13 @@ pub struct PixelView {
     answer: Option<Answer>,
     /// The ray that is pointed at in the list.
     pointed: Option<usize>,
+}
+
+impl PixelView {
+    /// Has the same reference count what every entity costs.
+    pub fn count_things(&mut self, world: &mut World) {
+        things::count(&mut self.tracer, world);
+    }
 }
 
 struct Answer {
@@ -168,8 +176,10 @@ fn explain(tracer: &mut ReferenceTracer, world: &World, pixel: UVec2) -> Option<
         Fate::Met { instance, .. } => {
             let row = scene.instances.get(instance as usize);
             let entity = row.and_then(|row| Entity::try_from_bits(row.tag));
-            let id = entity.and_then(|entity| world.get::<SceneId>(entity));
-            let name = id.map_or_else(|| format!("thing {instance}"), |id| id.0.clone());
+            let name = entity.map_or_else(
+                || format!("thing {instance}"),
+                |entity| label(world, entity),
+            );
             (name, entity)
         }
     };

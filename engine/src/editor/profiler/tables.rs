@@ -2,12 +2,12 @@
 
 use std::sync::Arc;
 
-use bevy_ecs::prelude::*;
+use bevy_ecs::prelude::World;
 use egui::{
     Align, Align2, Color32, Layout, Rect, RichText, ScrollArea, Sense, TextStyle, Ui, vec2,
 };
 
-use super::{PixelView, ProfilerView, Tab, colors, pixel, uploads};
+use super::{Asked, PixelView, ProfilerView, Tab, colors, pixel, things, uploads};
 use crate::editor::theme;
 use crate::profile::{Frame, Frames, costs};
 
@@ -15,26 +15,33 @@ const ROW: f32 = 18.0;
 /// Of a column of figures.
 const FIGURE: f32 = 62.0;
 
-/// Draws the table that is chosen; the answer is an entity that was clicked in it.
+/// Draws the table that is chosen.
 pub fn show(
     ui: &mut Ui,
     (view, pixel_view): (&mut ProfilerView, &mut PixelView),
     (frames, frame): (&mut Frames, &Frame),
-    world: &World,
-) -> Option<Entity> {
+    (world, asked): (&World, &mut Asked),
+) {
     ui.horizontal(|ui| {
         ui.selectable_value(&mut view.tab, Tab::Costs, "Costs");
-        ui.selectable_value(&mut view.tab, Tab::Worst, "Slowest frames");
+        ui.selectable_value(&mut view.tab, Tab::Worst, "Slowest");
         ui.selectable_value(&mut view.tab, Tab::Counters, "Counters");
         ui.selectable_value(&mut view.tab, Tab::Uploads, "Uploads");
+        ui.selectable_value(&mut view.tab, Tab::Things, "Things");
         ui.selectable_value(&mut view.tab, Tab::Pixel, "Pixel");
     });
     let tab = view.tab;
     if tab == Tab::Pixel {
-        return pixel::show(ui, pixel_view);
+        asked.entity = pixel::show(ui, pixel_view);
+        return;
     }
     if tab == Tab::Uploads {
-        return uploads::show(ui, world);
+        asked.entity = uploads::show(ui, world);
+        return;
+    }
+    if tab == Tab::Things {
+        (asked.entity, asked.count) = things::show(ui, world);
+        return;
     }
     if tab == Tab::Costs {
         head(ui);
@@ -45,9 +52,8 @@ pub fn show(
         .show(ui, |ui| match tab {
             Tab::Costs => all_costs(ui, view, frame),
             Tab::Worst => worst(ui, view, frames),
-            Tab::Counters | Tab::Uploads | Tab::Pixel => counters(ui, frame),
+            Tab::Counters | Tab::Uploads | Tab::Things | Tab::Pixel => counters(ui, frame),
         });
-    None
 }
 
 /// Over the columns of [`all_costs`].

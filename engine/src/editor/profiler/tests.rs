@@ -3,7 +3,7 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use super::*;
-use crate::profile::{Change, Pass, Span};
+use crate::profile::{Change, EntityCost, EntityCosts, Pass, Span};
 use crate::trace::Upload;
 use crate::world::SceneId;
 
@@ -42,6 +42,7 @@ fn harness() -> Harness<'static, World> {
     world.init_resource::<ActiveTracer>();
     world.init_resource::<PixelView>();
     world.init_resource::<Ledger>();
+    world.init_resource::<EntityCosts>();
     world.init_resource::<EditorState>();
     let mut frames = Frames::default();
     for id in 1..=60 {
@@ -50,7 +51,13 @@ fn harness() -> Harness<'static, World> {
     world.insert_resource(frames);
     let mut harness = Harness::builder()
         .with_size(egui::vec2(1200.0, 700.0))
-        .build_ui_state(|ui, world: &mut World| show(ui, world), world);
+        .build_ui_state(
+            |ui, world: &mut World| {
+                mind_ledger(world, true);
+                show(ui, world);
+            },
+            world,
+        );
     harness.run_ok();
     harness
 }
@@ -58,7 +65,7 @@ fn harness() -> Harness<'static, World> {
 #[test]
 fn a_slow_frame_is_found_in_the_list_looked_at_and_kept() {
     let mut harness = harness();
-    harness.get_by_label("Slowest frames").click();
+    harness.get_by_label("Slowest").click();
     harness.run_ok();
     assert!(
         harness
@@ -163,12 +170,33 @@ fn uploads_name_what_changed_and_who_wrote_it() {
     harness.get_by_label("ball").click();
     harness.run_ok();
     assert_eq!(
-        harness.state().resource::<EditorState>().selected,
-        Some(ball)
+        harness.state().resource::<EditorState>().selection.all(),
+        [ball]
     );
     harness.get_by_label("Costs").click();
     harness.run_ok();
     assert!(!harness.state().resource::<Ledger>().wanted);
+}
+
+#[test]
+fn what_things_cost_is_listed_the_dearest_first() {
+    let mut harness = harness();
+    let world = harness.state_mut();
+    let [cheap, dear] = ["cheap", "dear"].map(|id| world.spawn(SceneId(id.into())).id());
+    let cost = |share| EntityCost {
+        share,
+        ..EntityCost::default()
+    };
+    let costs = [(cheap, cost(0.1)), (dear, cost(0.9))].into();
+    world.insert_resource(EntityCosts(costs));
+    harness.get_by_label("Things").click();
+    harness.run_ok();
+    let places = ["dear", "cheap"].map(|name| harness.get_by_label(name).rect().min.y);
+    assert!(places[0] < places[1], "{places:?}");
+    harness.get_by_label("dear").click();
+    harness.run_ok();
+    let state = harness.state().resource::<EditorState>();
+    assert_eq!(state.selection.lead(), Some(dear));
 }
 
 #[test]

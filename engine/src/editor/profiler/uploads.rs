@@ -5,9 +5,9 @@ use bevy_ecs::prelude::*;
 use egui::{Align, Layout, RichText, ScrollArea, Ui};
 
 use super::tables::grouped;
+use crate::editor::naming::label;
 use crate::editor::theme;
 use crate::profile::{Change, Ledger, Profile};
-use crate::world::SceneId;
 
 /// The table; the answer is an entity that was clicked in it.
 pub fn show(ui: &mut Ui, world: &World) -> Option<Entity> {
@@ -67,9 +67,7 @@ fn reason(ui: &mut Ui, change: &Change, world: &World) -> Option<Entity> {
             .unwrap_or("no system, between frames");
         ui.label(format!("{} of {}, by {by}", change.component, change.count));
         for &entity in &change.entities {
-            let id = world.get::<SceneId>(entity);
-            let name = id.map_or_else(|| entity.to_string(), |id| id.0.clone());
-            if ui.link(name).clicked() {
+            if ui.link(label(world, entity)).clicked() {
                 clicked = Some(entity);
             }
         }

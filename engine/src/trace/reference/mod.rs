@@ -7,6 +7,7 @@ pub(super) mod deform;
 mod explain;
 mod look;
 mod shape;
+mod survey;
 #[cfg(test)]
 mod tests;
 mod torus;
@@ -15,6 +16,7 @@ mod whitted;
 mod world;
 
 pub use self::explain::{ExplainedRay, Explanation, Fate, MOST_RAYS, RayKind};
+pub use self::survey::{Heat, PixelCost, Survey, ThingCost};
 
 use std::time::Instant;
 
