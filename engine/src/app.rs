@@ -7,7 +7,7 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::schedule::{IntoScheduleConfigs, ScheduleConfigs};
 use bevy_ecs::system::ScheduleSystem;
 
-use crate::profile::ledger;
+use crate::profile::{forget, ledger};
 use crate::schedule::{FrameSet, frame_schedule};
 
 /// A world and its frame.
@@ -73,6 +73,7 @@ impl Engine {
 
     /// Runs one frame.
     pub fn frame(&mut self) {
+        forget();
         // What was written since the last frame bears a tick before this one's systems.
         let before = self.world.increment_change_tick();
         self.schedule.run(&mut self.world);

@@ -264,7 +264,7 @@ fn a_profile_names_systems_and_passes() {
         expect(&arguments, 0, &["still.exr"]);
         let text = std::fs::read_to_string(&log).expect("a profile");
         assert!(text.contains("propagate<GlobalTransform>"), "{text}");
-        assert!(text.contains("pass"), "{text}");
+        assert!(text.contains("step") && text.contains("whitted"), "{text}");
     }
     let text = std::fs::read_to_string(folder.join("spans.json")).expect("a profile");
     let events: serde_json::Value = serde_json::from_str(&text).expect("JSON");

@@ -93,28 +93,21 @@ fn system_name<S: Subscriber + for<'a> LookupSpan<'a>>(
         .map(|name| Arc::clone(&name.0))
 }
 
-/// Takes the systems of the frame that began at `start`, in order of start, into `spans`.
+/// Forgets what ran on this thread up to now: a frame begins, and what ran between two of them is of neither.
+pub(crate) fn forget() {
+    RUNS.with_borrow_mut(|runs| runs.finished.clear());
+}
+
+/// Takes the systems that ran since [`forget`], in order of start, into `spans`; times are from `start` on.
 ///
-/// The calling system counts as run up to now. Runs from before `start` (the caller's own, of the last
-/// frame, or systems ahead of the one that noted `start`) keep their place: those ahead of it that belong
-/// to this frame start at a negative time; the caller's old run is dropped.
+/// The calling system counts as run up to now. Those that ran ahead of the one that noted `start` begin at a negative time.
 pub(super) fn drain(start: Instant, spans: &mut Vec<Span>) {
     let now = Instant::now();
     spans.clear();
     RUNS.with_borrow_mut(|runs| {
-        let caller = runs.open.last().cloned();
-        // The caller's run of the last frame ended after that frame was collected: it comes first.
-        let old = runs
-            .finished
-            .first()
-            .is_some_and(|first| caller.as_ref().is_some_and(|c| c.0 == first.name));
-        spans.extend(
-            runs.finished
-                .drain(..)
-                .skip(usize::from(old))
-                .map(|run| span(run.name, start, run.start, run.end)),
-        );
-        if let Some((name, began)) = caller {
+        let finished = runs.finished.drain(..);
+        spans.extend(finished.map(|run| span(run.name, start, run.start, run.end)));
+        if let Some((name, began)) = runs.open.last().cloned() {
             spans.push(span(name, start, began, now));
         }
     });

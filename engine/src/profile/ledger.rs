@@ -83,10 +83,19 @@ pub struct Ledger {
 }
 
 impl Ledger {
-    /// Changes that reach a buffer.
+    /// Changes that reach a buffer; a tracer on the host has one of all rows.
     pub fn reasons(&self, buffer: &str) -> impl Iterator<Item = &Change> {
-        let reaches = move |change: &&Change| change.buffers.contains(&buffer);
+        let reaches = move |change: &&Change| buffer == "rows" || change.buffers.contains(&buffer);
         self.changes.iter().filter(reaches)
+    }
+
+    /// Changes that reach no buffer that was written: what they came to is what was there.
+    pub fn idle(&self) -> impl Iterator<Item = &Change> {
+        let buffers = || self.uploads.iter().map(|upload| upload.buffer);
+        let reaches = move |change: &Change| {
+            buffers().any(|buffer| buffer == "rows" || change.buffers.contains(&buffer))
+        };
+        self.changes.iter().filter(move |change| !reaches(change))
     }
 }
 

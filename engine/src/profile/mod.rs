@@ -25,6 +25,7 @@ pub use error::PictureError;
 pub use frame::{Frame, Pass, Span};
 pub use frames::{Frames, SETTLING_FRAMES, Stop, WORST_FRAMES};
 pub use history::{FrameHistory, HISTORY_FRAMES, percentile_of_sorted};
+pub(crate) use layer::forget;
 pub use layer::{SystemSpans, install};
 pub use ledger::{Change, Ledger};
 
@@ -171,6 +172,8 @@ mod tests {
             let mut engine = Engine::new();
             engine.add_plugin(plugin);
             engine.add_systems(FrameSet::Simulate, slow_system);
+            let before = tracing::info_span!("system", name = "a::before_the_frame");
+            before.in_scope(|| ());
             for _ in 0..frames {
                 engine.frame();
             }
@@ -251,6 +254,12 @@ mod tests {
             let last = frame.spans.iter().map(Span::end_micros).fold(0.0, f64::max);
             assert!(last <= frame.micros, "{last} {}", frame.micros);
         }
+        let mut spans = frames.iter().flat_map(|frame| &frame.spans);
+        let is_foreign = spans.any(|span| &*span.name == "before_the_frame");
+        assert!(
+            !is_foreign,
+            "what ran before the first frame is no part of it"
+        );
         let starts: Vec<f64> = frames.iter().map(|frame| frame.start_micros).collect();
         assert!(starts.is_sorted(), "{starts:?}");
     }

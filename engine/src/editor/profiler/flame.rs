@@ -162,10 +162,10 @@ fn show_bar(
     painter.rect_filled(rect, 2.0, color);
     if rect.width() > 26.0 {
         let font = FontId::proportional(11.5);
-        let ink = if is_marked || view.marked.is_none() {
-            colors::INK
-        } else {
-            theme::FAINT
+        let is_bright = is_marked || view.marked.is_none();
+        let ink = match is_bright && color != colors::WAIT {
+            true => colors::INK,
+            false => theme::FAINT,
         };
         let inner = painter.with_clip_rect(rect.shrink2(vec2(3.0, 0.0)));
         let words = match rect.width() > 140.0 {

@@ -183,8 +183,12 @@ fn contents(
 /// The frame that is drawn: the one selected, else the newest whose device has told, else the newest.
 fn looked_at<'a>(view: &ProfilerView, frames: &'a Frames) -> Option<&'a Frame> {
     let selected = view.selected.and_then(|id| frames.get(id));
-    let complete = || frames.iter().rev().take(8).find(|f| !f.awaits_device);
-    selected.or_else(complete).or_else(|| frames.latest())
+    let recent = || frames.iter().rev().take(8).filter(|f| !f.awaits_device);
+    let with_passes = || recent().find(|frame| !frame.passes.is_empty());
+    selected
+        .or_else(with_passes)
+        .or_else(|| recent().next())
+        .or_else(|| frames.latest())
 }
 
 /// Title, figures, and what can be done.

@@ -5,13 +5,14 @@
 
 use bevy_ecs::prelude::*;
 use egui::{Color32, Id, LayerId, Order, RichText, ScrollArea, Sense, Stroke, Ui};
-use glam::{DVec3, UVec2};
+use glam::{DVec2, DVec3, UVec2};
 
 use super::things;
 use crate::editor::levels::place;
 use crate::editor::naming::label;
 use crate::editor::{EditorState, theme};
 use crate::frame::{FrameScene, TraceSettings};
+use crate::input::{Input, MouseButton};
 use crate::present::{self, line_over};
 use crate::trace::Tracer;
 use crate::trace::reference::{ExplainedRay, Explanation, Fate, RayKind, ReferenceTracer};
@@ -67,9 +68,12 @@ pub fn show(ui: &mut Ui, view: &mut PixelView) -> Option<Entity> {
     let explained = &answer.explained;
     let [r, g, b] = explained.color.to_array();
     let pixel = explained.pixel;
-    let rays = explained.rays.len() as u64 + explained.left_out;
+    let rays = match explained.rays.len() as u64 + explained.left_out {
+        1 => "1 ray".to_owned(),
+        more => format!("{more} rays"),
+    };
     ui.label(theme::faint(format!(
-        "pixel {},{}: {rays} rays, light {r:.4} {g:.4} {b:.4}",
+        "pixel {},{}: {rays}, light {r:.4} {g:.4} {b:.4}",
         pixel.x, pixel.y
     )));
     view.pointed = None;
@@ -134,26 +138,21 @@ fn color(ray: &ExplainedRay) -> Color32 {
     }
 }
 
-/// Explains the pixel that was clicked, if one was to be picked. After the panels: a click on them is theirs.
+/// Explains the pixel that was clicked, if one was to be picked.
 pub fn pick(ui: &Ui, world: &mut World) {
-    let view = world.resource::<PixelView>();
-    let clicked = ui.ctx().input(|input| {
-        let at = input.pointer.interact_pos();
-        at.filter(|_| input.pointer.primary_clicked())
-    });
-    let Some(at) = clicked.filter(|_| view.picking) else {
+    let Some(input) = world.get_resource::<Input>() else {
         return;
     };
-    if world.resource::<present::Ui>().covers(at) {
+    // A click on a panel is the panel's: this one was on the picture.
+    let clicked = input.is_button_pressed(MouseButton::Left);
+    let at = input.pointer().filter(|_| clicked);
+    let Some(at) = at.filter(|_| world.resource::<PixelView>().picking) else {
         return;
-    }
-    let window = ui.ctx().content_rect();
-    let share = (at - window.min) / window.size();
+    };
+    let window = ui.ctx().content_rect().size() * ui.ctx().pixels_per_point();
+    let share = at / DVec2::new(window.x.into(), window.y.into());
     let size = world.resource::<TraceSettings>().size;
-    let pixel = UVec2::new(
-        (share.x * size.x as f32) as u32,
-        (share.y * size.y as f32) as u32,
-    );
+    let pixel = (share * size.as_dvec2()).max(DVec2::ZERO).as_uvec2();
     world.resource_scope(|world, mut view: Mut<PixelView>| {
         view.picking = false;
         view.answer = explain(&mut view.tracer, world, pixel);

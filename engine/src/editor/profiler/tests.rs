@@ -3,6 +3,8 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 
 use super::*;
+use crate::frame::{FrameScene, TraceSettings};
+use crate::input::{Input, MouseButton};
 use crate::profile::{Change, EntityCost, EntityCosts, Pass, Span};
 use crate::trace::Upload;
 use crate::world::SceneId;
@@ -176,6 +178,42 @@ fn uploads_name_what_changed_and_who_wrote_it() {
     harness.get_by_label("Costs").click();
     harness.run_ok();
     assert!(!harness.state().resource::<Ledger>().wanted);
+}
+
+#[test]
+fn a_pixel_that_is_picked_is_explained() {
+    let mut harness = harness();
+    let world = harness.state_mut();
+    world.init_resource::<Input>();
+    world.init_resource::<FrameScene>();
+    world.insert_resource(TraceSettings {
+        size: glam::UVec2::new(120, 70),
+        ..TraceSettings::default()
+    });
+    let click = |harness: &mut Harness<World>| {
+        let mut input = harness.state_mut().resource_mut::<Input>();
+        input.point_at(Some(glam::DVec2::new(605.0, 105.0)));
+        input.button(MouseButton::Left, true);
+        harness.step();
+        let mut input = harness.state_mut().resource_mut::<Input>();
+        input.button(MouseButton::Left, false);
+        input.end_frame();
+        harness.run_ok();
+    };
+    harness.get_by_label("Pixel").click();
+    harness.run_ok();
+    click(&mut harness);
+    assert!(harness.query_by_label("Clear").is_none(), "nobody asked");
+    harness.get_by_label("Pick a pixel").click();
+    harness.run_ok();
+    click(&mut harness);
+    let words = "pixel 60,10: 1 ray, light 0.0000 0.0000 0.0000";
+    assert!(harness.query_by_label(words).is_some());
+    assert!(
+        harness
+            .query_by_label("camera, sample 0 → the background")
+            .is_some()
+    );
 }
 
 #[test]

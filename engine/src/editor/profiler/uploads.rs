@@ -39,13 +39,7 @@ pub fn show(ui: &mut Ui, world: &World) -> Option<Entity> {
             if ledger.uploads.is_empty() {
                 ui.label(theme::faint("nothing was brought"));
             }
-            let lost = ledger.changes.iter().filter(|change| {
-                let uploads = ledger.uploads.iter();
-                !uploads
-                    .into_iter()
-                    .any(|u| change.buffers.contains(&u.buffer))
-            });
-            let mut lost = lost.peekable();
+            let mut lost = ledger.idle().peekable();
             if lost.peek().is_some() {
                 ui.label(theme::faint("changed, and not brought as such"));
             }
