@@ -103,7 +103,7 @@ fn row(ui: &mut Ui, ray: &ExplainedRay, met: &str, below: DVec3) -> egui::Respon
         let (dot, _) = ui.allocate_exact_size(egui::vec2(7.0, 7.0), Sense::hover());
         ui.painter().rect_filled(dot, 2.0, color(ray));
         let label = |text: RichText| egui::Label::new(text).extend().selectable(false);
-        ui.add(label(RichText::new(format!("{} → {met}", kind(ray.kind)))));
+        ui.add(label(RichText::new(format!("{}: {met}", kind(ray.kind)))));
         let figures = format!(
             "weight {:.3}  adds {:.4} of {:.4}  {} boxes {} shapes",
             ray.weight.max_element(),

@@ -211,7 +211,7 @@ fn a_pixel_that_is_picked_is_explained() {
     assert!(harness.query_by_label(words).is_some());
     assert!(
         harness
-            .query_by_label("camera, sample 0 → the background")
+            .query_by_label("camera, sample 0: the background")
             .is_some()
     );
 }
