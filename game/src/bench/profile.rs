@@ -49,25 +49,10 @@ pub fn run(request: &BenchRequest, _: &Common) -> Result<Report, Failure> {
     looking.world.resource_mut::<Ledger>().wanted = true;
     traced.world.resource_mut::<TraceSettings>().size = SIZE;
     cast(&mut traced, Box::new(CpuTracer::new()));
-    let mut micros: [Vec<f64>; 6] = Default::default();
-    for frame in 0..WARM_UP + frames {
-        let engines = [
-            &mut bare,
-            &mut closed,
-            &mut looking,
-            &mut shut,
-            &mut open,
-            &mut traced,
-        ];
-        for (engine, micros) in engines.into_iter().zip(&mut micros) {
-            let start = Instant::now();
-            advance(engine, frame)?;
-            if frame >= WARM_UP {
-                micros.push(start.elapsed().as_secs_f64() * 1e6);
-            }
-        }
-    }
-    let [bare, closed, looking, shut, open, traced] = micros;
+    let [traced] = micros_in_turn([&mut traced], frames)?;
+    // Of those that are compared, none follows the same one in every turn.
+    let compared = [&mut bare, &mut closed, &mut looking, &mut shut, &mut open];
+    let [bare, closed, looking, shut, open] = micros_in_turn(compared, frames)?;
     let row = |name: &str, micros: &[f64]| Row::sampled(name, "us", Better::Lower, micros);
     let frame = median(&traced);
     let cost = |with: &[f64], without: &[f64]| median(with) - median(without);
@@ -103,6 +88,25 @@ pub fn run(request: &BenchRequest, _: &Common) -> Result<Report, Failure> {
         )],
         ..Report::new("profile", &["the processor".to_owned()])
     })
+}
+
+/// Microseconds of each engine's frames, one of each in turn, forwards and backwards.
+fn micros_in_turn<const N: usize>(
+    engines: [&mut Engine; N],
+    frames: u64,
+) -> Result<[Vec<f64>; N], Failure> {
+    let mut micros = [const { Vec::new() }; N];
+    for frame in 0..WARM_UP + frames {
+        for turn in 0..N {
+            let which = if frame % 2 == 0 { turn } else { N - 1 - turn };
+            let start = Instant::now();
+            advance(engines[which], frame)?;
+            if frame >= WARM_UP {
+                micros[which].push(start.elapsed().as_secs_f64() * 1e6);
+            }
+        }
+    }
+    Ok(micros)
 }
 
 /// An engine with the overlay of a window, and the profiler open in it or not.
