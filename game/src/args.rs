@@ -70,7 +70,7 @@ they start faster the next time; so is, for windows, what the graphics driver co
 names another folder; empty, nothing is kept.
 
 ORRERY_CPU=avx512, avx2 or portable says which of the processor's instructions rays are traced with there; without it, or where
-the processor lacks them, the widest there are. Pictures are the same, bit for bit.
+the processor lacks them, the widest there are. Pictures are the same, bit for bit. Another word is an error.
 
 Exit codes: 0 done, 1 the input is bad, 2 usage, 3 no usable device.";
 

@@ -49,6 +49,21 @@ pub fn expect(arguments: &[&str], code: i32, words: &[&str]) -> Output {
 }
 
 #[test]
+fn instructions_that_nobody_knows_are_an_error() {
+    let output = Command::new(program())
+        .args(["bench", "cpu", "--small", "--repeat", "20"])
+        .env("ORRERY_CPU", "mmx")
+        .env("ORRERY_CACHE_DIR", "")
+        .output()
+        .expect("the program starts");
+    let said = String::from_utf8_lossy(&output.stderr);
+    assert_eq!(output.status.code(), Some(3), "{said}");
+    for word in ["ORRERY_CPU", "`mmx`", "avx512, avx2, portable"] {
+        assert!(said.contains(word), "no `{word}` in: {said}");
+    }
+}
+
+#[test]
 fn help_teaches_by_examples() {
     expect(
         &["--help"],

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use glam::{DAffine3, DQuat, DVec3, UVec2};
 use orrery_engine::Engine;
 use orrery_engine::frame::{FrameScene, Instance, Shape, TraceSettings};
-use orrery_engine::trace::cpu::CpuTracer;
+use orrery_engine::trace::cpu::{CpuTracer, Instructions};
 use orrery_engine::trace::{ActiveTracer, Backend, BackendChoice, Counters, Query, Ray, Tracer};
 use orrery_engine::trace::{Hit, open_tracer};
 use orrery_engine::world::{
@@ -145,7 +145,8 @@ fn brute_force(scene: &FrameScene, rays: &[Ray]) -> Vec<Hit> {
 fn hold_against_brute_force(frames: u32, every: u32, rays_each: usize) {
     let mut random = Random::new(17);
     let mut scene = random_scene(17, 24);
-    let mut walked = CpuTracer::new();
+    let all = Instructions::all();
+    let mut walked: Vec<CpuTracer> = all.iter().map(|&one| CpuTracer::with(one)).collect();
     for frame in 1..=frames {
         change(&mut scene, &mut random, frame);
         if scene.instances.len() > 40 {
@@ -153,12 +154,17 @@ fn hold_against_brute_force(frames: u32, every: u32, rays_each: usize) {
             scene.instances.assign(fewer);
         }
         if !frame.is_multiple_of(every) {
-            answers(&mut walked, &scene, &[]);
+            for walked in &mut walked {
+                answers(walked, &scene, &[]);
+            }
             continue;
         }
         let rays = rays(&mut random, rays_each);
-        let found = answers(&mut walked, &scene, &rays);
-        assert_eq!(found, brute_force(&scene, &rays), "frame {frame}");
+        let right = brute_force(&scene, &rays);
+        for (walked, one) in walked.iter_mut().zip(&all) {
+            let found = answers(walked, &scene, &rays);
+            assert_eq!(found, right, "frame {frame}, {}", one.name());
+        }
     }
 }
 

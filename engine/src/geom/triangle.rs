@@ -7,7 +7,7 @@
 //!
 //! Twin of `shaders/shared/triangle.wgsl`, whose distances are the weighted ones.
 
-use glam::Vec3;
+use glam::{Vec3, Vec4};
 
 /// The shear of one ray direction; shared by all its triangles.
 #[derive(Clone, Copy, Debug)]
@@ -32,20 +32,24 @@ pub struct TriangleHit {
 
 impl Shear {
     /// Prepares a direction (any length but zero).
+    #[inline(always)]
     pub fn new(dir: Vec3) -> Self {
+        /// The axes that take the place of x and y where the third is that of z, and those where it is turned round.
+        const OTHERS: [[usize; 2]; 4] = [[1, 2], [2, 0], [0, 1], [0, 1]];
+        // No branches: which axis is the longest is what no processor can guess.
         let size = dir.abs();
-        let kz = if size.x > size.y && size.x > size.z {
+        let is_x = (size.x > size.y) & (size.x > size.z);
+        let kz = if is_x {
             0
-        } else if size.y > size.z {
-            1
         } else {
-            2
+            2 - usize::from(size.y > size.z)
         };
-        let (mut kx, mut ky) = ((kz + 1) % 3, (kz + 2) % 3);
-        if dir[kz] < 0.0 {
-            std::mem::swap(&mut kx, &mut ky);
-        }
-        let shear = Vec3::new(dir[kx] / dir[kz], dir[ky] / dir[kz], 1.0 / dir[kz]);
+        let along = dir.to_array();
+        let is_back = usize::from(along[kz] < 0.0);
+        let others = OTHERS[kz & 3];
+        let (kx, ky) = (others[is_back], others[1 - is_back]);
+        let sheared = Vec4::new(along[kx], along[ky], 1.0, 1.0) / along[kz];
+        let shear = sheared.truncate();
         Self {
             kx,
             ky,
@@ -56,7 +60,7 @@ impl Shear {
     }
 
     /// The axes that take the place of x, y and z, and what is sheared by.
-    #[inline]
+    #[inline(always)]
     pub fn parts(&self) -> ([usize; 3], Vec3) {
         ([self.kx, self.ky, self.kz], self.shear)
     }
@@ -88,7 +92,7 @@ impl Shear {
     }
 
     /// The hit of a ray that passes within the edges: their values, which do not add up to 0, and the corners' depths.
-    #[inline]
+    #[inline(always)]
     pub fn hit(
         &self,
         origin: Vec3,
@@ -109,7 +113,7 @@ impl Shear {
     }
 
     /// Where the ray meets the triangle's plane, rounded once; none along the plane.
-    #[inline]
+    #[inline(always)]
     fn plane_distance(&self, origin: Vec3, corners: [Vec3; 3]) -> Option<f32> {
         let [a, b, c] = corners;
         let (a, b, c) = (a.as_dvec3(), b.as_dvec3(), c.as_dvec3());

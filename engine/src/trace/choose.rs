@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use super::cpu::CpuTracer;
+use super::cpu::{CpuTracer, Instructions};
 use super::gpu::{AdapterChoice, Gpu, GpuTracer};
 use super::reference::ReferenceTracer;
 use super::{Backend, TraceError, Tracer};
@@ -39,7 +39,7 @@ pub fn open_tracer(
         Ok(Box::new(GpuTracer::new(gpu)?))
     };
     match choice {
-        BackendChoice::Backend(Backend::Cpu) => Ok((Box::new(CpuTracer::new()), None)),
+        BackendChoice::Backend(Backend::Cpu) => Ok((on_processor()?, None)),
         BackendChoice::Backend(Backend::Reference) => Ok((Box::new(ReferenceTracer::new()), None)),
         BackendChoice::Backend(Backend::Gpu) => {
             let which = named.unwrap_or(AdapterChoice::Any);
@@ -56,9 +56,15 @@ pub fn open_tracer(
                 Ok(tracer) => Ok((tracer, None)),
                 Err(why) => {
                     let note = format!("tracing on the CPU: {why}");
-                    Ok((Box::new(CpuTracer::new()), Some(note)))
+                    Ok((on_processor()?, Some(note)))
                 }
             }
         }
     }
+}
+
+/// The processor's tracer, unless instructions are asked for that nobody knows.
+fn on_processor() -> Result<Box<dyn Tracer>, TraceError> {
+    Instructions::check_named().map_err(TraceError::NoDevice)?;
+    Ok(Box::new(CpuTracer::new()))
 }

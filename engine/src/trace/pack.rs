@@ -14,6 +14,7 @@ mod dirty;
 mod hierarchy;
 mod instance;
 mod instances;
+mod lanes;
 mod mesh;
 mod reach;
 mod rows;
@@ -27,6 +28,7 @@ use rayon::prelude::*;
 
 pub use self::dirty::DirtyRows;
 pub use self::instances::most_nodes;
+pub use self::lanes::{Block, Node8, blocks_of};
 pub use self::mesh::{PackedMesh, Stale};
 pub use self::texels::{Texel, Texels};
 
@@ -348,6 +350,15 @@ impl PackedScene {
     /// Meshes of which a device's copy lacks something; from now on it has them.
     pub fn take_stale_meshes(&mut self) -> Vec<u32> {
         std::mem::take(&mut self.stale_meshes)
+    }
+
+    /// Brings what tracers on the processor walk in place of meshes' trees up to them; how many it was.
+    pub fn bring_lanes(&mut self) -> usize {
+        let stale = sorted(self.take_stale_meshes());
+        let meshes = self.meshes.par_iter_mut().enumerate();
+        let due = meshes.filter(|(row, _)| stale.binary_search(&(*row as u32)).is_ok());
+        due.for_each(|(_, mesh)| mesh.bring_lanes());
+        stale.len()
     }
 
     /// Takes every change for copied: for tracers that read these rows themselves. The bytes of rows and nodes

@@ -2,16 +2,16 @@
 //!
 //! It reads the same rows as the GPU's kernel ([`PackedScene`]) and follows it file by file. Rays that are much alike go as
 //! packets of 64 (`packet.rs`, `beam.rs`, `triangles.rs`), in lanes of the widest instructions there are (`simd.rs`): camera
-//! rays of 8 x 8 pixels, and the shadow rays from what they meet. Others go one by one, against four boxes or four triangles
-//! at a time (`traverse.rs`, `enter.rs`, `leaf.rs`). What a ray finds does not depend on the way it went.
+//! rays of 8 x 8 pixels, and the shadow rays from what they meet. Others go one by one, against eight boxes or four
+//! triangles at a time (`traverse.rs`, `eights.rs`). What a ray finds does not depend on the way it went.
 
 mod beam;
 mod canvas;
 mod cutoff;
 mod edges;
+mod eights;
 mod enter;
 mod group;
-mod leaf;
 mod light;
 mod look;
 mod media;
@@ -106,6 +106,10 @@ impl Tracer for CpuTracer {
         self.packed.pack(scene, settings);
         self.progress.note(self.packed.has_changed, settings);
         self.bytes_written = self.packed.keep_no_copy();
+        let meshes = Instant::now();
+        if self.packed.bring_lanes() > 0 {
+            self.passes.push(PassTime::since("meshes by lanes", meshes));
+        }
         self.passes
             .push(PassTime::since("rows and instance tree", start));
         self.passes.push(self.packed.tree_time());

@@ -79,6 +79,9 @@ pub struct Found {
 
 /// What a search is for: which hit ends it, though nearer ones may be left.
 pub trait Until {
+    /// Whether it is the nearest hit that is sought, so that what is near is best looked at first.
+    const IS_NEAREST: bool;
+
     /// Whether this hit, the best so far, ends the search.
     fn ends(scene: &PackedScene, hit: Key) -> bool;
 }
@@ -91,18 +94,24 @@ pub struct AnyHit;
 pub struct Opaque;
 
 impl Until for Nearest {
+    const IS_NEAREST: bool = true;
+
     fn ends(_: &PackedScene, _: Key) -> bool {
         false
     }
 }
 
 impl Until for AnyHit {
+    const IS_NEAREST: bool = false;
+
     fn ends(_: &PackedScene, _: Key) -> bool {
         true
     }
 }
 
 impl Until for Opaque {
+    const IS_NEAREST: bool = false;
+
     fn ends(scene: &PackedScene, hit: Key) -> bool {
         let material = scene.instances()[hit.id as usize].material;
         scene.materials[material as usize].flags & MATERIAL_TRANSMITS == 0

@@ -1,4 +1,4 @@
-//! Sixteen lanes of f32 at once, and the choice of the processor's instructions that serve them.
+//! Sixteen lanes of f32 at once, or eight, and the choice of the processor's instructions that serve them.
 //!
 //! A [`Simd`] is a proof that its instructions are there: it comes from [`Instructions`] alone. What is generic over it
 //! must be `#[inline(always)]` down to the arithmetic, so that [`Instructions::run`] compiles all of it for them.
@@ -32,8 +32,10 @@ pub type Row = [f32; LANES];
 /// A bit a lane, that of the first lowest.
 pub type Mask = u16;
 
-/// Names the instructions to use, if they are there: `avx512`, `avx2` or `portable`.
+/// Names the instructions to use, if they are there.
 const VARIABLE: &str = "ORRERY_CPU";
+/// What it may name.
+const NAMES: [&str; 3] = ["avx512", "avx2", "portable"];
 
 /// The proof that some instructions are there, and what makes lanes.
 pub trait Simd: Copy {
@@ -45,6 +47,12 @@ pub trait Simd: Copy {
     fn load(self, row: &Row) -> Self::Floats;
     /// The same f64 in each lane.
     fn splat_wide(self, x: f64) -> <Self::Floats as Floats>::Wide;
+    /// Eight f32.
+    type Eight: Eight;
+    /// The same number in each of eight lanes.
+    fn splat_eight(self, x: f32) -> Self::Eight;
+    /// A number each of eight lanes.
+    fn load_eight(self, row: &[f32; 8]) -> Self::Eight;
     /// Lanes that hold these bits.
     fn equal_bits(self, row: &[u32; LANES], bits: u32) -> Mask;
 }
@@ -75,6 +83,18 @@ pub trait Floats:
     fn greatest(self) -> f32;
     /// As f64.
     fn wide(self) -> Self::Wide;
+}
+
+/// Eight f32.
+pub trait Eight: Copy + Sub<Output = Self> + Mul<Output = Self> {
+    /// Writes all lanes.
+    fn store(self, row: &mut [f32; 8]);
+    /// a < b ? a : b.
+    fn min(self, b: Self) -> Self;
+    /// a > b ? a : b.
+    fn max(self, b: Self) -> Self;
+    /// a <= b, a bit a lane.
+    fn le(self, b: Self) -> u32;
 }
 
 /// Sixteen f64.
@@ -134,6 +154,24 @@ impl Instructions {
         }
         all.push(Self::Portable);
         all
+    }
+
+    /// Whether what the environment names, if anything, is known.
+    ///
+    /// # Errors
+    /// What it names, and what it may.
+    pub fn check_named() -> Result<(), String> {
+        let Some(named) = std::env::var_os(VARIABLE) else {
+            return Ok(());
+        };
+        if named.is_empty() || NAMES.iter().any(|&name| named == name) {
+            return Ok(());
+        }
+        Err(format!(
+            "{VARIABLE} is `{}`, which names none of a processor's instructions: it may be {}",
+            named.display(),
+            NAMES.join(", ")
+        ))
     }
 
     /// As the environment names them.
@@ -207,6 +245,16 @@ mod tests {
             (a * a).store_where(a.lt(b), &mut row);
             note(simd.load(&row));
             bits.extend([a.lt(b), a.le(b), a.eq(b), (wide - other).is_zero()].map(u32::from));
+            let (low, high) = (&self.a[..8], &self.b[..8]);
+            let eight = |row: &[f32]| simd.load_eight(row.try_into().expect("eight"));
+            let (a, b) = (eight(low), eight(high));
+            for eight in [a - b, a * b, a.min(b), a.max(simd.splat_eight(0.5))] {
+                let mut row = [0.0; 8];
+                eight.store(&mut row);
+                bits.extend(row.map(f32::to_bits));
+            }
+            bits.push(a.le(b));
+            let a = simd.load(&self.a);
             let ids = self.a.map(f32::to_bits);
             bits.push(simd.equal_bits(&ids, ids[3]).into());
             bits.extend([a.least(), a.greatest()].map(f32::to_bits));

@@ -3,15 +3,19 @@
 use glam::Vec4;
 
 use super::simd::{Instructions, prefetch};
-use crate::bvh::{Node4, TRAVERSAL_CAPACITY};
+use crate::bvh::{CHILD_LEAF, LEAF_FIRST_MASK, Node4, TRAVERSAL_CAPACITY};
+use crate::trace::pack::{Block, Node8};
+
+/// Entries that are there: those that two levels of trees may need, and those that are written and do not count.
+const ROOM: usize = TRAVERSAL_CAPACITY as usize + 8;
 
 /// Nodes still to visit and the distance at which a ray enters them. Kept from ray to ray.
 pub struct Stack {
-    /// What serves packets.
+    /// What rays are traced by.
     pub instructions: Instructions,
-    /// Distances at which nodes are entered, as [`order`] has them, above what the nodes are; where three of a
-    /// node's children are entered, three are written and two count.
-    entries: [i64; TRAVERSAL_CAPACITY as usize + 4],
+    /// Bits of the distances at which nodes are entered, above what the nodes are; some are written that
+    /// do not count.
+    entries: [i64; ROOM],
     /// How many there are.
     pub len: usize,
 }
@@ -23,17 +27,15 @@ impl Default for Stack {
 }
 
 impl Stack {
-    /// Of rays that go in packets by these.
+    /// Of rays that are traced by these.
     pub fn with(instructions: Instructions) -> Self {
         Self {
             instructions,
-            entries: [0; TRAVERSAL_CAPACITY as usize + 4],
+            entries: [0; ROOM],
             len: 0,
         }
     }
-}
 
-impl Stack {
     /// Has the memory brought near of the nodes that were pushed since there were so many.
     #[inline(always)]
     pub fn ask_for(&self, since: usize, nodes: &[Node4]) {
@@ -45,12 +47,27 @@ impl Stack {
         }
     }
 
+    /// The same of nodes of eight, and of the triangles of leaves.
+    #[inline(always)]
+    pub fn ask_for_eights(&self, since: usize, nodes: &[Node8], blocks: &[Block]) {
+        for entry in self.entries.get(since..self.len).unwrap_or_default() {
+            let child = *entry as u32;
+            if child & CHILD_LEAF == 0 {
+                if let Some(node) = nodes.get(child as usize) {
+                    prefetch(node);
+                }
+            } else if let Some(block) = blocks.get((child & LEAF_FIRST_MASK) as usize) {
+                prefetch(block);
+            }
+        }
+    }
+
     /// Takes the last: a node and where it is entered.
     #[inline(always)]
     pub fn pop(&mut self) -> (u32, f32) {
         self.len -= 1;
         let entry = self.entries[self.len];
-        (entry as u32, f32::from_bits(order((entry >> 32) as u32)))
+        (entry as u32, f32::from_bits((entry >> 32) as u32))
     }
 
     /// Pushes the children a ray enters at `near`, farthest first, but for the nearest, which is returned. More than two are
@@ -95,17 +112,80 @@ impl Stack {
         self.len += 3;
         Some(d as u32)
     }
+
+    /// The same of a node's eight, of which some are entered.
+    #[inline(always)]
+    pub fn push_nearest_of(&mut self, children: &[u32; 8], near: &[f32; 8], entered: u32) -> u32 {
+        let (a, rest) = lowest(children, near, entered);
+        if rest == 0 {
+            return a as u32;
+        }
+        let (b, rest) = lowest(children, near, rest);
+        let (a, b) = (a.max(b), a.min(b));
+        let Some(places) = self.entries.get_mut(self.len..self.len + 8) else {
+            unreachable!("trees need no more than there is");
+        };
+        places[0] = a;
+        if rest == 0 {
+            self.len += 1;
+            return b as u32;
+        }
+        let (c, rest) = lowest(children, near, rest);
+        // Of three, farthest first.
+        let (b, c) = (b.max(c), b.min(c));
+        let (a, b) = (a.max(b), a.min(b));
+        places[0] = a;
+        places[1] = b;
+        if rest == 0 {
+            self.len += 2;
+            return c as u32;
+        }
+        let (d, mut rest) = lowest(children, near, rest);
+        let (c, d) = (c.max(d), c.min(d));
+        let (b, c) = (b.max(c), b.min(c));
+        let (a, b) = (a.max(b), a.min(b));
+        places[..4].copy_from_slice(&[a, b, c, d]);
+        let mut count = 4;
+        while rest != 0 {
+            let (one, left) = lowest(children, near, rest);
+            rest = left;
+            let mut place = count & 7;
+            count += 1;
+            while place > 0 && places[place - 1] < one {
+                places[place] = places[place - 1];
+                place -= 1;
+            }
+            places[place] = one;
+        }
+        self.len += count - 1;
+        places[(count - 1) & 7] as u32
+    }
+
+    /// The same in no order.
+    #[inline(always)]
+    pub fn push_any_of(&mut self, children: &[u32; 8], entered: u32) -> u32 {
+        let first = children[entered.trailing_zeros() as usize & 7];
+        let mut rest = entered & (entered - 1);
+        while rest != 0 {
+            self.entries[self.len] = i64::from(children[rest.trailing_zeros() as usize & 7]);
+            self.len += 1;
+            rest &= rest - 1;
+        }
+        first
+    }
 }
 
+/// The entry of the lowest of some slots, and the others.
+#[inline(always)]
+fn lowest(children: &[u32; 8], near: &[f32; 8], slots: u32) -> (i64, u32) {
+    let slot = slots.trailing_zeros() as usize & 7;
+    (entry(children[slot], near[slot]), slots & (slots - 1))
+}
+
+/// Of numbers that are not negative, the order is that of their bits; others are only looked at in another order.
 #[inline(always)]
 fn entry(child: u32, near: f32) -> i64 {
-    i64::from(order(near.to_bits()) as i32) << 32 | i64::from(child)
-}
-
-/// The bits of a number, in an order that is that of whole numbers with a sign; and back.
-#[inline(always)]
-fn order(bits: u32) -> u32 {
-    bits ^ (((bits as i32) >> 31) as u32 >> 1)
+    i64::from(near.to_bits() as i32) << 32 | i64::from(child)
 }
 
 /// Puts an entry among those from `base` on, the nearest last.

@@ -6,23 +6,23 @@ use std::marker::PhantomData;
 
 use glam::{Vec3, Vec4};
 
+use super::eights::{Met, walk_eights};
 use super::enter::{enter_bare_boxes, enter_boxes, enter_spheres};
-use super::leaf::{FOUR, Prepared};
 use super::look::Cutout;
 use super::query::{Found, Key, Probe, Start, Until};
+use super::simd::{Instructions, Portable, Simd, Work};
 use super::stack::Stack;
-use crate::bvh::{Child, Node4};
+use crate::bvh::{CHILD_LEAF, Child, LEAF_FIRST_MASK, Node4};
 use crate::frame::wire::{
     CONE_OPEN, InstanceRow, KIND_CONE, KIND_CUBOID, KIND_DISC, KIND_ELLIPSOID, KIND_MESH,
     KIND_SPHERE, KIND_TORUS, NONE, ROOT_OF_SPHERES,
 };
 use crate::frame::{BoxTest, TriangleTest};
 use crate::geom::{
-    CONE_SIDE, SlabRay, SphereFrame, TriangleHit, intersect_cone, intersect_cuboid, intersect_disc,
-    intersect_torus, intersect_triangle_unshared,
+    CONE_SIDE, Shear, SlabRay, SphereFrame, TriangleHit, intersect_cone, intersect_cuboid,
+    intersect_disc, intersect_torus, intersect_triangle_unshared,
 };
 use crate::trace::PackedScene;
-use crate::trace::pack::PackedMesh;
 
 /// 2^-20: what a ray's origin errs by, of its size, in the space of the instance tree's boxes (one sum) or of
 /// an instance (a product with its matrix; the boxes are padded for what is worse conditioned than a turn).
@@ -30,13 +30,45 @@ pub(super) const ORIGIN_SLACK: f32 = 1.0 / 1_048_576.0;
 
 /// The nearest hit a probe asks for, or one that ends the search.
 pub fn trace<U: Until>(scene: &PackedScene, probe: &Probe, stack: &mut Stack) -> Option<Found> {
-    let mut search = Search::<U>::new(scene, probe);
-    let is_over = search.planes();
-    if !is_over {
-        stack.len = 0;
-        search.instances(stack);
+    let instructions = match is_plain(scene) {
+        true => stack.instructions,
+        false => Instructions::Portable,
+    };
+    instructions.run(Single::<U> {
+        purpose: PhantomData,
+        scene,
+        probe,
+        stack,
+    })
+}
+
+/// Whether boxes and triangles are met as pictures are made, not in a way that is measured against that.
+#[inline]
+pub(super) fn is_plain(scene: &PackedScene) -> bool {
+    scene.kernels.boxes == BoxTest::Padded && scene.kernels.triangles == TriangleTest::Watertight
+}
+
+/// [`trace`] with the instructions that there are.
+struct Single<'a, U> {
+    purpose: PhantomData<U>,
+    scene: &'a PackedScene,
+    probe: &'a Probe,
+    stack: &'a mut Stack,
+}
+
+impl<U: Until> Work for Single<'_, U> {
+    type Output = Option<Found>;
+
+    #[inline(always)]
+    fn run<S: Simd>(self, simd: S) -> Option<Found> {
+        let mut search = Search::<U>::new(self.scene, self.probe);
+        let is_over = search.planes();
+        if !is_over {
+            self.stack.len = 0;
+            search.instances(simd, self.stack);
+        }
+        search.found()
     }
-    search.found()
 }
 
 /// A search under way.
@@ -70,8 +102,14 @@ impl<'a, U: Until> Search<'a, U> {
         self.is_hit.then_some(self.best)
     }
 
+    /// Lower end, and where the best hit so far is.
+    #[inline(always)]
+    pub fn limits(&self) -> (f32, f32) {
+        (self.probe.after.t, self.best.key.t)
+    }
+
     /// Takes a candidate if it is in range and the best so far; true: the search is over.
-    #[inline]
+    #[inline(always)]
     fn offer(&mut self, key: Key, triangle: u32, uv: [f32; 2]) -> bool {
         if !(key > self.probe.after && key < self.best.key) {
             return false;
@@ -100,27 +138,50 @@ impl<'a, U: Until> Search<'a, U> {
         false
     }
 
-    fn instances(&mut self, stack: &mut Stack) -> bool {
+    #[inline(always)]
+    fn instances<S: Simd>(&mut self, simd: S, stack: &mut Stack) -> bool {
         let nodes = self.scene.instance_nodes();
         if nodes.is_empty() {
             return false;
         }
+        let root = self.scene.view.root;
+        if root & CHILD_LEAF != 0 {
+            // All there is: its own boxes will tell.
+            return self.instance(simd, root & LEAF_FIRST_MASK, stack);
+        }
         let offset = Vec3::from(self.scene.view.eye_from_anchor);
         let origin = self.probe.origin + offset;
-        let slack = (self.probe.origin.abs() + offset.abs()) * ORIGIN_SLACK;
-        let leaf = |search: &mut Self, stack: &mut Stack, index, _| search.instance(index, stack);
         if self.scene.kernels.boxes == BoxTest::Bare {
-            let slab = SlabRay::bare(origin, self.probe.dir);
-            let enter = |node: &Node4, limits| enter_bare_boxes(node, &slab, limits);
-            return walk(nodes, enter, self, stack, leaf);
+            return self.bare_instances(origin, stack);
         }
+        let slack = (self.probe.origin.abs() + offset.abs()) * ORIGIN_SLACK;
         let slab = SlabRay::with_slack(origin, slack, self.probe.dir);
-        let enter = |node: &Node4, limits| enter_boxes(node, &slab, limits);
-        walk(nodes, enter, self, stack, leaf)
+        walk(
+            nodes,
+            #[inline(always)]
+            |node: &Node4, limits| enter_boxes(node, &slab, limits),
+            self,
+            stack,
+            #[inline(always)]
+            |search, stack, index, _| search.instance(simd, index, stack),
+        )
+    }
+
+    #[inline(never)]
+    fn bare_instances(&mut self, origin: Vec3, stack: &mut Stack) -> bool {
+        let slab = SlabRay::bare(origin, self.probe.dir);
+        walk(
+            self.scene.instance_nodes(),
+            |node: &Node4, limits| enter_bare_boxes(node, &slab, limits),
+            self,
+            stack,
+            |search, stack, index, _| search.instance(Portable, index, stack),
+        )
     }
 
     /// An instance that the ray may meet; true: the search is over.
-    pub fn instance(&mut self, index: u32, stack: &mut Stack) -> bool {
+    #[inline(always)]
+    pub fn instance<S: Simd>(&mut self, simd: S, index: u32, stack: &mut Stack) -> bool {
         let row = &self.scene.instances()[index as usize];
         if row.kind == KIND_SPHERE {
             return self.sphere(index, &row.sphere(), self.probe.origin, self.probe.dir);
@@ -128,7 +189,15 @@ impl<'a, U: Until> Search<'a, U> {
         let origin = row.local_from_world.point(self.probe.origin);
         let dir = row.local_from_world.vector(self.probe.dir);
         match row.kind {
-            KIND_MESH => self.mesh(index, row, (origin, dir), stack),
+            KIND_MESH => {
+                let mesh = self.scene.mesh(row);
+                let cutout = Cutout::of(self.scene, row);
+                let instance = (index, mesh, cutout.as_ref());
+                if mesh.lanes.nodes.is_empty() || !is_plain(self.scene) {
+                    return self.other_mesh(row, instance, (origin, dir), stack);
+                }
+                walk_eights(simd, self, instance, (origin, dir), stack)
+            }
             KIND_ELLIPSOID => self.sphere(index, &SphereFrame::UNIT, origin, dir),
             KIND_CUBOID => self.cuboid(index, origin, dir),
             KIND_DISC => self.disc(index, origin, dir),
@@ -181,73 +250,55 @@ impl<'a, U: Until> Search<'a, U> {
         roots.any(|t| self.offer(Key { t, id, prim: 0 }, NONE, [0.0; 2]))
     }
 
-    fn mesh(
+    /// A mesh under another tree, or met by other tests: what is measured against what pictures are made by.
+    #[inline(never)]
+    fn other_mesh(
         &mut self,
-        id: u32,
         row: &InstanceRow,
+        instance: Met,
         (origin, dir): (Vec3, Vec3),
         stack: &mut Stack,
     ) -> bool {
-        let mesh = self.scene.mesh(row);
-        let cutout = Cutout::of(self.scene, row);
-        let instance = (id, mesh, cutout.as_ref());
-        if self.scene.kernels.triangles == TriangleTest::MollerTrumbore {
-            let leaf = |search: &mut Self, _: &mut Stack, first: u32, count: u32| {
-                (first..first + count).any(|place| {
-                    let corners = mesh.corners(&mesh.triangles[place as usize]);
-                    let hit = intersect_triangle_unshared(origin, dir, corners);
-                    hit.is_some_and(|hit| search.triangle(instance, place, hit))
-                })
-            };
-            return self.walk_mesh(row, (origin, dir), stack, leaf);
-        }
-        let ray = Prepared::new(origin, dir);
+        let mesh = instance.1;
+        let shear = Shear::new(dir);
+        let test = self.scene.kernels.triangles;
         let leaf = |search: &mut Self, _: &mut Stack, first: u32, count: u32| {
-            let (mut first, end) = (first, first + count);
-            while first < end {
-                let range = first..end.min(first + FOUR as u32);
-                let limits = (search.probe.after.t, search.best.key.t);
-                let four = ray.meet(mesh, range, limits);
-                let mut rest = four.mask;
-                while rest != 0 {
-                    let which = rest.trailing_zeros();
-                    rest &= rest - 1;
-                    let place = first + which;
-                    let corners = mesh.corners(&mesh.triangles[place as usize]);
-                    let hit = ray.hit(&four, which as usize, corners);
-                    if search.triangle(instance, place, hit) {
-                        return true;
+            (first..first + count).any(|place| {
+                let triangle = &mesh.triangles[place as usize];
+                let corners = mesh.corners(triangle);
+                let hit = match test {
+                    TriangleTest::MollerTrumbore => {
+                        intersect_triangle_unshared(origin, dir, corners)
                     }
-                }
-                first += FOUR as u32;
-            }
-            false
+                    TriangleTest::Watertight => shear.intersect(origin, corners),
+                };
+                hit.is_some_and(|hit| search.triangle(instance, (place, triangle.prim), hit))
+            })
         };
         self.walk_mesh(row, (origin, dir), stack, leaf)
     }
 
     /// Offers the hit of a triangle, if it is not where the ray starts and not a hole.
-    #[inline]
-    fn triangle(
+    #[inline(always)]
+    pub fn triangle(
         &mut self,
-        (id, mesh, cutout): (u32, &PackedMesh, Option<&Cutout>),
-        place: u32,
+        (id, mesh, cutout): Met,
+        (place, prim): (u32, u32),
         hit: TriangleHit,
     ) -> bool {
-        let triangle = &mesh.triangles[place as usize];
-        let prim = triangle.prim;
         let uv = [hit.u, hit.v];
         if self.probe.start == (Start { id, prim }) || hit.t > self.best.key.t {
             return false;
         }
-        if cutout.is_some_and(|cutout| cutout.is_hole(self.scene, mesh, triangle, uv)) {
+        if cutout.is_some_and(|cutout| {
+            cutout.is_hole(self.scene, mesh, &mesh.triangles[place as usize], uv)
+        }) {
             return false;
         }
         self.offer(Key { t: hit.t, id, prim }, place, uv)
     }
 
     /// Visits the leaves of a mesh; the ray is the mesh's own.
-    #[inline]
     fn walk_mesh(
         &mut self,
         row: &InstanceRow,
@@ -273,6 +324,7 @@ impl<'a, U: Until> Search<'a, U> {
 
 /// Visits the leaves a ray may have a hit in, nearest box first; `leaf` gets first and count and says
 /// whether the search is over.
+#[inline(always)]
 fn walk<'s, U: Until>(
     nodes: &[Node4],
     enter: impl Fn(&Node4, (f32, f32)) -> (Vec4, u32),

@@ -8,6 +8,7 @@ use glam::{Vec3, Vec3A};
 
 use super::arena::Arena;
 use super::deform::{Adjacency, deform_positions, vertex_normals};
+use super::lanes::Lanes;
 use super::reach::Reach;
 use crate::bvh::{Bounds, Extent, Node4, Tree};
 use crate::frame::wire::{LOOK_UNPLACED, NONE, ROOT_OF_SPHERES, TriangleRow, VertexRow};
@@ -77,6 +78,8 @@ pub struct PackedMesh {
     /// What it was packed from.
     pub source: MeshRow,
     tree: Tree,
+    /// The tree and its triangles once more, for tracers on the processor: see [`PackedMesh::bring_lanes`].
+    pub lanes: Lanes,
     /// [`Tree::stack_need`] of it.
     pub stack_need: u32,
     /// In the order of the tree's leaves.
@@ -284,6 +287,19 @@ impl PackedMesh {
         arenas.free(old);
         self.place = arenas.take(self);
         self.stale = Stale::All;
+    }
+
+    /// Brings [`PackedMesh::lanes`] up to the mesh: the copy of a tracer on the processor. Trees of other kinds have none.
+    pub fn bring_lanes(&mut self) {
+        let stale = std::mem::take(&mut self.stale);
+        let (nodes, triangles, vertices) = (&self.tree.nodes, &self.triangles, &self.vertices);
+        if self.source.structure != Structure::Boxes4 {
+            self.lanes = Lanes::default();
+        } else if stale == Stale::All {
+            self.lanes = Lanes::build(nodes, triangles, vertices);
+        } else if stale == Stale::Deformed {
+            self.lanes.refresh(nodes, triangles, vertices);
+        }
     }
 
     /// The tree as rays meet it: what is left to a device is computed here again.

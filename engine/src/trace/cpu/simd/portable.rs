@@ -4,7 +4,7 @@ use std::ops::{Add, Div, Mul, Sub};
 
 use glam::{DVec4, Vec4};
 
-use super::{Floats, LANES, Mask, Row, Simd, Wide};
+use super::{Eight, Floats, LANES, Mask, Row, Simd, Wide};
 
 /// Needs nothing.
 #[derive(Clone, Copy, Debug)]
@@ -14,12 +14,17 @@ pub struct Portable;
 #[derive(Clone, Copy)]
 pub struct Floats4([Vec4; 4]);
 
+/// Eight f32.
+#[derive(Clone, Copy)]
+pub struct Two4([Vec4; 2]);
+
 /// Sixteen f64.
 #[derive(Clone, Copy)]
 pub struct Wide4([DVec4; 4]);
 
 impl Simd for Portable {
     type Floats = Floats4;
+    type Eight = Two4;
 
     #[inline(always)]
     fn splat(self, x: f32) -> Floats4 {
@@ -34,6 +39,16 @@ impl Simd for Portable {
     #[inline(always)]
     fn splat_wide(self, x: f64) -> Wide4 {
         Wide4([DVec4::splat(x); 4])
+    }
+
+    #[inline(always)]
+    fn splat_eight(self, x: f32) -> Two4 {
+        Two4([Vec4::splat(x); 2])
+    }
+
+    #[inline(always)]
+    fn load_eight(self, row: &[f32; 8]) -> Two4 {
+        Two4([0, 4].map(|i| Vec4::from_slice(&row[i..i + 4])))
     }
 
     #[inline(always)]
@@ -142,6 +157,57 @@ impl Floats for Floats4 {
     #[inline(always)]
     fn wide(self) -> Wide4 {
         Wide4(self.0.map(|v| v.as_dvec4()))
+    }
+}
+
+impl Sub for Two4 {
+    type Output = Self;
+
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.zip(other, |a, b| a - b)
+    }
+}
+
+impl Mul for Two4 {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.zip(other, |a, b| a * b)
+    }
+}
+
+impl Two4 {
+    #[inline(always)]
+    fn zip(self, other: Self, f: impl Fn(Vec4, Vec4) -> Vec4) -> Self {
+        let ([a, b], [c, d]) = (self.0, other.0);
+        Self([f(a, c), f(b, d)])
+    }
+}
+
+impl Eight for Two4 {
+    #[inline(always)]
+    fn store(self, row: &mut [f32; 8]) {
+        for (vector, place) in self.0.into_iter().zip(row.chunks_exact_mut(4)) {
+            vector.write_to_slice(place);
+        }
+    }
+
+    #[inline(always)]
+    fn min(self, b: Self) -> Self {
+        self.zip(b, |a, b| Vec4::select(a.cmplt(b), a, b))
+    }
+
+    #[inline(always)]
+    fn max(self, b: Self) -> Self {
+        self.zip(b, |a, b| Vec4::select(a.cmpgt(b), a, b))
+    }
+
+    #[inline(always)]
+    fn le(self, b: Self) -> u32 {
+        let ([a, b], [c, d]) = (self.0, b.0);
+        a.cmple(c).bitmask() | b.cmple(d).bitmask() << 4
     }
 }
 

@@ -24,6 +24,7 @@ macro_rules! operator {
 
 mod avx2;
 mod avx512;
+mod eight;
 
 pub use self::avx2::Avx2;
 pub use self::avx512::Avx512;
@@ -32,13 +33,13 @@ pub use self::avx512::Avx512;
 #[inline(always)]
 pub fn prefetch<T>(of: &T) {
     use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};
-    let (first, last) = (
-        std::ptr::from_ref(of).cast::<i8>(),
-        size_of::<T>().saturating_sub(1),
-    );
+    let first = std::ptr::from_ref(of).cast::<i8>();
+    let last = size_of::<T>().saturating_sub(1);
     // SAFETY: SSE is everywhere here, and the addresses are those of the first and the last byte of something.
     unsafe {
-        _mm_prefetch::<_MM_HINT_T0>(first);
+        for line in (0..last).step_by(64) {
+            _mm_prefetch::<_MM_HINT_T0>(first.add(line));
+        }
         _mm_prefetch::<_MM_HINT_T0>(first.add(last));
     }
 }

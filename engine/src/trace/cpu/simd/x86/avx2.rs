@@ -3,6 +3,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
+use super::eight::Floats8;
 use crate::trace::cpu::simd::{Floats, LANES, Mask, Row, Simd, Wide, Work, lanes};
 
 /// AVX2 is there.
@@ -82,6 +83,7 @@ operator!(Wide256, Div, div, |a, b| [
 
 impl Simd for Avx2 {
     type Floats = Floats256;
+    type Eight = Floats8;
 
     #[inline(always)]
     fn splat(self, x: f32) -> Floats256 {
@@ -105,6 +107,18 @@ impl Simd for Avx2 {
     fn splat_wide(self, x: f64) -> Wide256 {
         // SAFETY: the token.
         Wide256(unsafe { [_mm256_set1_pd(x); 4] })
+    }
+
+    #[inline(always)]
+    fn splat_eight(self, x: f32) -> Floats8 {
+        // SAFETY: the token.
+        unsafe { Floats8::splat(x) }
+    }
+
+    #[inline(always)]
+    fn load_eight(self, row: &[f32; 8]) -> Floats8 {
+        // SAFETY: the token.
+        unsafe { Floats8::load(row) }
     }
 
     #[inline(always)]

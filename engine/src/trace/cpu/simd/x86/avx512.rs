@@ -3,6 +3,7 @@
 use std::arch::x86_64::*;
 use std::ops::{Add, Div, Mul, Sub};
 
+use super::eight::Floats8;
 use crate::trace::cpu::simd::{Floats, LANES, Mask, Row, Simd, Wide, Work};
 
 /// AVX-512 is there.
@@ -12,7 +13,8 @@ pub struct Avx512(());
 impl Avx512 {
     /// None: it is not there.
     pub fn new() -> Option<Self> {
-        let is_there = is_x86_feature_detected!("avx512f")
+        let is_there = is_x86_feature_detected!("avx2")
+            && is_x86_feature_detected!("avx512f")
             && is_x86_feature_detected!("avx512bw")
             && is_x86_feature_detected!("avx512dq")
             && is_x86_feature_detected!("avx512vl")
@@ -25,7 +27,7 @@ impl Avx512 {
     /// Does the work with it.
     #[inline]
     pub fn run<W: Work>(self, work: W) -> W::Output {
-        #[target_feature(enable = "avx512f,avx512bw,avx512dq,avx512vl,bmi1,bmi2,popcnt")]
+        #[target_feature(enable = "avx2,avx512f,avx512bw,avx512dq,avx512vl,bmi1,bmi2,popcnt")]
         fn run<W: Work>(simd: Avx512, work: W) -> W::Output {
             work.run(simd)
         }
@@ -64,6 +66,7 @@ operator!(Wide512, Div, div, |a, b| [
 ]);
 impl Simd for Avx512 {
     type Floats = Floats512;
+    type Eight = Floats8;
 
     #[inline(always)]
     fn splat(self, x: f32) -> Floats512 {
@@ -81,6 +84,18 @@ impl Simd for Avx512 {
     fn splat_wide(self, x: f64) -> Wide512 {
         // SAFETY: the token.
         Wide512(unsafe { [_mm512_set1_pd(x); 2] })
+    }
+
+    #[inline(always)]
+    fn splat_eight(self, x: f32) -> Floats8 {
+        // SAFETY: the token.
+        unsafe { Floats8::splat(x) }
+    }
+
+    #[inline(always)]
+    fn load_eight(self, row: &[f32; 8]) -> Floats8 {
+        // SAFETY: the token.
+        unsafe { Floats8::load(row) }
     }
 
     #[inline(always)]
