@@ -77,7 +77,10 @@ Exit codes: 0 done, 1 the input is bad, 2 usage, 3 no usable device.";
 /// What to do.
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Play a scene with the editor open.
+    /// Play a scene with the editor open, standing still at first.
+    ///
+    /// Ctrl+S saves the scene's file; F1 shows every key. Unsaved edits are written beside the file and offered
+    /// when it is opened again. Files that change on disk are read again.
     Edit {
         /// Scene file, or the bare name of one in `assets/scenes`.
         scene: PathBuf,

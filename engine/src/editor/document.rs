@@ -11,7 +11,7 @@ use bevy_ecs::prelude::*;
 
 use super::Notices;
 use super::history::History;
-use crate::scene::{self, Problems};
+use crate::scene::{self, LoadReport, Problems};
 use crate::time::Time;
 
 /// How often unsaved edits are written beside the file.
@@ -22,14 +22,27 @@ const EVERY: Duration = Duration::from_secs(30);
 pub struct Document {
     /// The scene's file; none: it came from a model's, and has none of its own yet.
     pub path: Option<PathBuf>,
-    /// What is being typed as a path to save to, while that is asked for.
-    pub asked: Option<String>,
+    /// The folder that paths in the world are from: that of the file that was loaded.
+    pub base: PathBuf,
+    /// What is being typed as a path, while one is asked for.
+    pub asked: Option<Asked>,
     /// A copy of unsaved edits that an earlier run left.
     pub left: Option<PathBuf>,
     /// The state that was last written beside the file, and when.
     copied: Option<(u64, Instant)>,
     /// Files that were there before this run wrote over them have a copy.
     kept: Vec<PathBuf>,
+    /// How often this run saved.
+    saves: u64,
+}
+
+/// A path that is asked for.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Asked {
+    /// What has been typed.
+    pub typed: String,
+    /// A model to add; false: where to save to.
+    pub adds: bool,
 }
 
 impl Document {
@@ -43,8 +56,16 @@ impl Document {
             path,
             left,
             kept,
+            base: folder_of(file),
             ..Self::default()
         }
+    }
+}
+
+impl Document {
+    /// How often this run saved: another number after each time.
+    pub fn saves(&self) -> u64 {
+        self.saves
     }
 }
 
@@ -100,18 +121,29 @@ pub fn ask(world: &mut World) {
     let mut document = world.resource_mut::<Document>();
     let path = document.path.clone();
     let proposed = path.unwrap_or_else(|| "scene.ron".into());
-    document.asked = Some(proposed.to_string_lossy().into_owned());
+    document.asked = Some(Asked {
+        typed: proposed.to_string_lossy().into_owned(),
+        adds: false,
+    });
+}
+
+fn folder_of(path: &Path) -> PathBuf {
+    path.parent().map(Path::to_owned).unwrap_or_default()
+}
+
+/// The scene's text for a file: what it names is found from that file's folder.
+fn text_for(world: &mut World, path: &Path) -> String {
+    let mut scene = scene::describe(world);
+    let (from, to) = (world.resource::<Document>().base.clone(), folder_of(path));
+    if from != to {
+        scene.rebase(&from, &to);
+    }
+    scene::text_of(&scene)
 }
 
 /// Saves to a file, which is the scene's from then on.
 pub fn save_to(world: &mut World, path: &Path) {
-    let from = world.resource::<Document>().path.clone();
-    let folder = |path: &Path| path.parent().map(Path::to_owned).unwrap_or_default();
-    let mut scene = scene::describe(world);
-    if let Some(from) = from.filter(|from| folder(from) != folder(path)) {
-        scene.rebase(&folder(&from), &folder(path));
-    }
-    let text = scene::text_of(&scene);
+    let text = text_for(world, path);
     if let Err(why) = keep_original(world, path).and_then(|()| write_whole(path, &text)) {
         world.resource_mut::<Notices>().issues.push(why);
         return;
@@ -121,6 +153,7 @@ pub fn save_to(world: &mut World, path: &Path) {
         document.copied = None;
         document.left = None;
         document.asked = None;
+        document.saves += 1;
         document.path.replace(path.to_owned())
     };
     // There need not be one.
@@ -188,10 +221,27 @@ pub fn drop_copy(world: &mut World) {
 }
 
 /// Puts a file's scene in place of the one that is there, at the same time; false: it stays, and why is said.
-fn put(world: &mut World, path: &Path) -> bool {
+pub(super) fn put(world: &mut World, path: &Path) -> bool {
+    let is_there = put_loaded(world, |world| scene::load(world, path));
+    if is_there {
+        world.resource_mut::<Document>().base = folder_of(path);
+    }
+    is_there
+}
+
+/// Reads all files anew that the scene names; see [`put`].
+pub(super) fn put_again(world: &mut World) -> bool {
+    let text = scene::save(world);
+    let file = world.resource::<Document>().base.join("scene.ron");
+    put_loaded(world, |world| scene::load_text(world, &text, &file))
+}
+
+fn put_loaded(
+    world: &mut World,
+    load: impl FnOnce(&mut World) -> Result<LoadReport, Problems>,
+) -> bool {
     let secs = world.resource::<Time>().secs;
-    let loaded: Result<_, Problems> = scene::load(world, path);
-    match loaded {
+    match load(world) {
         Ok(_) => {
             super::scene_replaced(world);
             world.resource_mut::<Time>().secs = secs;
@@ -234,9 +284,10 @@ fn copy_now(world: &mut World) {
         return;
     };
     let state = world.resource::<History>().state();
-    let text = scene::save(world);
+    let copy = copy_path(&path);
+    let text = text_for(world, &copy);
     let is_first_failure = world.resource::<Document>().copied.is_none();
-    let written = write_whole(&copy_path(&path), &text);
+    let written = write_whole(&copy, &text);
     world.resource_mut::<Document>().copied = Some((state, Instant::now()));
     if let Err(why) = written
         && is_first_failure

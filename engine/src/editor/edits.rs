@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use bevy_ecs::prelude::*;
 
 use super::history::{self, Command, History};
-use super::{EditorState, Notices, document};
+use super::{EditorState, Notices, document, playing};
 
 /// A wish that waits.
 #[derive(Debug)]
@@ -37,6 +37,11 @@ pub enum Wish {
     Recover,
     /// Let go of the edits that an earlier run left.
     DropLeft,
+    /// Back to the moment before the clock began to run.
+    Back {
+        /// What was edited since stays.
+        keeps_edits: bool,
+    },
 }
 
 /// Wishes that wait for [`crate::schedule::FrameSet::Edit`], in order.
@@ -90,6 +95,10 @@ pub(super) fn apply_edits(world: &mut World) {
             Wish::Revert => document::revert(world),
             Wish::Recover => document::recover(world),
             Wish::DropLeft => document::drop_copy(world),
+            Wish::Back { keeps_edits } => {
+                let since = playing::go_back(world, keeps_edits);
+                go(world, since, "Undone", history::undo);
+            }
         }
     }
 }

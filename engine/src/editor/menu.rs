@@ -1,11 +1,17 @@
 //! The bar at the top: files, edits with their history, what can be added, the clock.
 
+use std::path::{Path, PathBuf};
+
 use bevy_ecs::prelude::*;
 
+use super::document::Asked;
+use super::gizmo::{Gizmo, Mode};
 use super::history::Command;
+use super::playing::{self, BeforePlay};
 use super::tools::hide_or_show;
 use super::{Document, EditQueue, EditorState, History, Wish, spawnable, theme};
 use crate::input::{Action, KeyMap};
+use crate::scene;
 use crate::time::{Clock, Time};
 use crate::world::Visibility;
 
@@ -25,12 +31,15 @@ pub fn show(ui: &mut egui::Ui, world: &mut World) {
                 ui.menu_button("Add", |ui| spawnable::menu(ui, world));
                 ui.separator();
                 clock(ui, world);
+                ui.separator();
+                handles(ui, world);
                 ui.with_layout(egui::Layout::right_to_left(egui::Align::Center), |ui| {
                     let words = document_words(world);
                     ui.label(theme::faint(words));
                 });
             });
         });
+    add_window(ui, world);
     ask_where(ui, world);
     offer_left(ui, world);
 }
@@ -193,43 +202,132 @@ fn clock(ui: &mut egui::Ui, world: &mut World) {
     {
         *world.resource_mut::<Clock>() = Clock::Frame(0);
     }
+    if world.resource::<BeforePlay>().is_there() {
+        let since = playing::edits_while_playing(world);
+        ui.menu_button("Back", |ui| {
+            let mut wish = None;
+            if item(ui, true, "To before play", String::new()) {
+                wish = Some(Wish::Back { keeps_edits: true });
+            }
+            let name = format!("And undo {since} edits since");
+            if since > 0 && item(ui, true, &name, String::new()) {
+                wish = Some(Wish::Back { keeps_edits: false });
+            }
+            world.resource_mut::<EditQueue>().0.extend(wish);
+        });
+    }
     ui.label(theme::faint(format!("{:.2} s", time.secs)));
 }
 
-/// Where to save to.
+/// What the handles do.
+fn handles(ui: &mut egui::Ui, world: &mut World) {
+    let modes = [
+        (Mode::Move, "Move", Action::Move),
+        (Mode::Rotate, "Rotate", Action::Rotate),
+        (Mode::Scale, "Scale", Action::Scale),
+    ];
+    for (mode, name, action) in modes {
+        let hint = key(world, action);
+        let mut gizmo = world.resource_mut::<Gizmo>();
+        ui.selectable_value(&mut gizmo.mode, mode, name)
+            .on_hover_text(hint);
+    }
+    let hint = key(world, Action::Axes);
+    let mut gizmo = world.resource_mut::<Gizmo>();
+    let name = if gizmo.own_axes {
+        "Own axes"
+    } else {
+        "World axes"
+    };
+    let button = egui::Button::new(name).frame_when_inactive(false);
+    gizmo.own_axes ^= ui.add(button).on_hover_text(hint).clicked();
+}
+
+/// What can be added, listed by a key.
+fn add_window(ui: &mut egui::Ui, world: &mut World) {
+    let mut open = world.resource::<EditorState>().adding;
+    if !open {
+        return;
+    }
+    egui::Window::new("Add")
+        .open(&mut open)
+        .collapsible(false)
+        .resizable(false)
+        .frame(theme::card())
+        .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
+        .show(ui.ctx(), |ui| spawnable::menu(ui, world));
+    let queue = world.resource::<EditQueue>();
+    let chosen = queue.0.iter().any(|wish| {
+        matches!(
+            wish,
+            Wish::Do {
+                command: Command::Spawn { .. },
+                ..
+            }
+        )
+    });
+    world.resource_mut::<EditorState>().adding = open && !chosen;
+}
+
+/// A path: where to save to, or of a model to add.
 fn ask_where(ui: &mut egui::Ui, world: &mut World) {
-    let Some(mut typed) = world.resource::<Document>().asked.clone() else {
+    let Some(mut asked) = world.resource::<Document>().asked.clone() else {
         return;
     };
+    let (title, verb) = if asked.adds {
+        ("Add a model file", "Add")
+    } else {
+        ("Save as", "Save")
+    };
     let (mut open, mut chosen) = (true, false);
-    egui::Window::new("Save as")
+    egui::Window::new(title)
         .open(&mut open)
         .collapsible(false)
         .resizable(false)
         .frame(theme::card())
         .anchor(egui::Align2::CENTER_CENTER, egui::Vec2::ZERO)
         .show(ui.ctx(), |ui| {
-            let line = ui.add(egui::TextEdit::singleline(&mut typed).desired_width(420.0));
+            let field = egui::TextEdit::singleline(&mut asked.typed).desired_width(440.0);
+            let line = ui.add(field);
             if !line.has_focus() && !line.lost_focus() {
                 line.request_focus();
             }
-            let path = std::path::Path::new(typed.trim());
-            if path.exists() {
-                ui.label(theme::faint("There is such a file: it is written over"));
-            }
-            let is_scene = path.extension().is_some_and(|ending| ending == "ron");
-            if !is_scene {
-                ui.label(theme::faint("Scene files end in .ron"));
+            let hint = hint(&asked);
+            if let Some(hint) = &hint.0 {
+                ui.label(theme::faint(hint.as_str()));
             }
             let entered = line.lost_focus() && ui.input(|i| i.key_pressed(egui::Key::Enter));
-            let save = ui.add_enabled(is_scene, egui::Button::new("Save"));
-            chosen = is_scene && (entered || save.clicked());
+            let button = ui.add_enabled(hint.1, egui::Button::new(verb));
+            chosen = hint.1 && (entered || button.clicked());
         });
-    let path = typed.trim().into();
-    world.resource_mut::<Document>().asked = open.then_some(typed);
+    let path = PathBuf::from(asked.typed.trim());
+    let wish = if asked.adds {
+        spawnable::model(world, path)
+    } else {
+        Wish::SaveAs(path)
+    };
+    world.resource_mut::<Document>().asked = (open && !chosen).then_some(asked);
     if chosen {
-        world.resource_mut::<EditQueue>().0.push(Wish::SaveAs(path));
+        world.resource_mut::<EditQueue>().0.push(wish);
     }
+}
+
+/// What is to be said of a path that was typed, and whether it will do.
+fn hint(asked: &Asked) -> (Option<String>, bool) {
+    let path = Path::new(asked.typed.trim());
+    if asked.adds {
+        let words = match (scene::is_model(path), path.exists()) {
+            (false, _) => format!("A model's file: {}", scene::endings()),
+            (true, false) => "There is no such file".into(),
+            (true, true) => return (None, true),
+        };
+        return (Some(words), false);
+    }
+    if path.extension().is_none_or(|ending| ending != "ron") {
+        return (Some("Scene files end in .ron".into()), false);
+    }
+    let over = "There is such a file: it is written over";
+    (path.exists().then(|| over.into()), true)
 }
 
 /// What an earlier run left.

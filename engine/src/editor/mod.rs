@@ -6,15 +6,23 @@
 mod document;
 mod edits;
 mod fields;
+mod gizmo;
 mod hierarchy;
 mod history;
 mod inspector;
 mod levels;
+mod marks;
 mod menu;
 mod naming;
+mod outline;
 mod overlay;
+mod picking;
+mod playing;
+mod pointer;
 mod profiler;
+mod reload;
 mod selection;
+mod sight;
 mod spawnable;
 pub mod theme;
 mod tools;
@@ -45,6 +53,8 @@ pub struct EditorState {
     pub profiler: bool,
     /// What the inspector shows, and what commands are about.
     pub selection: Selection,
+    /// What can be added is listed in the middle.
+    pub adding: bool,
     /// The level of the trees that is shown over the picture.
     pub level: Option<Level>,
 }
@@ -63,21 +73,18 @@ pub struct DrawPanels;
 /// Adds the panels and the edits (set [`FrameSet::Edit`]) and what shows the frame's trees (set
 /// [`FrameSet::Present`]); needs [`crate::present::plugin`].
 pub fn plugin(engine: &mut Engine) {
-    engine.world.init_resource::<EditorState>();
-    engine.world.init_resource::<EditQueue>();
-    engine.world.init_resource::<History>();
-    engine.world.init_resource::<Document>();
-    engine.world.init_resource::<Notices>();
-    engine.world.init_resource::<hierarchy::Tree>();
-    engine.world.init_resource::<profiler::ProfilerView>();
-    engine.world.init_resource::<profiler::PixelView>();
+    init_resources(&mut engine.world);
     engine.add_systems(
         FrameSet::Edit,
         (
+            hierarchy::watch,
             tools::obey_tools,
+            pointer::use_pointer,
             draw_panels,
             edits::apply_edits,
             document::copy_unsaved,
+            reload::reload_changed,
+            playing::note_play,
         )
             .chain()
             .in_set(DrawPanels)
@@ -85,14 +92,40 @@ pub fn plugin(engine: &mut Engine) {
     );
     engine.add_systems(
         FrameSet::Present,
-        (levels::draw_levels, profiler::draw_rays).in_set(DrawOverPicture),
+        (levels::draw_levels, marks::draw_marks, profiler::draw_rays)
+            .chain()
+            .in_set(DrawOverPicture),
     );
+}
+
+fn init_resources(world: &mut World) {
+    world.init_resource::<EditorState>();
+    world.init_resource::<EditQueue>();
+    world.init_resource::<History>();
+    world.init_resource::<Document>();
+    world.init_resource::<Notices>();
+    world.init_resource::<hierarchy::Tree>();
+    world.init_resource::<inspector::Clipboard>();
+    world.init_resource::<playing::BeforePlay>();
+    world.init_resource::<reload::Watched>();
+    world.init_resource::<profiler::ProfilerView>();
+    world.init_resource::<profiler::PixelView>();
+    world.init_resource::<gizmo::Gizmo>();
+    world.init_resource::<pointer::Press>();
+    world.init_resource::<outline::Boxes>();
 }
 
 /// Another scene is there: nothing of the old one is selected, and nothing that was done to it can be undone.
 pub fn scene_replaced(world: &mut World) {
     history::clear(world);
     world.resource_mut::<EditorState>().selection.clear();
+}
+
+/// The panels of the editor, around the picture.
+fn show_panels(ui: &mut egui::Ui, world: &mut World) {
+    menu::show(ui, world);
+    hierarchy::show(ui, world);
+    inspector::show(ui, world);
 }
 
 /// Draws what is open. Exclusive, because an inspector may read any component.
@@ -105,9 +138,7 @@ fn draw_panels(world: &mut World) {
     world.resource_scope(|world, mut state: Mut<EditorState>| state.selection.drop_gone(world));
     context.root_ui(|ui| {
         if panels {
-            menu::show(ui, world);
-            hierarchy::show(ui, world);
-            inspector::show(ui, world);
+            show_panels(ui, world);
         }
         profiler::mind_ledger(world, profiler);
         if profiler {
@@ -115,7 +146,8 @@ fn draw_panels(world: &mut World) {
         }
         // A drag in a panel is one step; once nobody drags or types, the next edit is another.
         let context = ui.ctx();
-        if !context.egui_is_using_pointer() && !context.egui_wants_keyboard_input() {
+        let drags = world.resource::<gizmo::Gizmo>().drag.is_some();
+        if !drags && !context.egui_is_using_pointer() && !context.egui_wants_keyboard_input() {
             world.resource_mut::<EditQueue>().0.push(Wish::CloseGroup);
         }
         let picture = ui.available_rect_before_wrap();
@@ -123,3 +155,6 @@ fn draw_panels(world: &mut World) {
         overlay::show(ui, world, help);
     });
 }
+
+#[cfg(test)]
+mod tests;

@@ -101,6 +101,9 @@ fn show_help(context: &egui::Context, world: &mut World) {
                     help_group(ui, &keys, "Camera");
                 });
                 ui.vertical(|ui| {
+                    help_group(ui, &keys, "Edit");
+                });
+                ui.vertical(|ui| {
                     for group in ["Light", "Time", "Hierarchies", "Window"] {
                         help_group(ui, &keys, group);
                     }

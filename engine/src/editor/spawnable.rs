@@ -1,10 +1,13 @@
 //! What can be added to a scene: any shape, light, camera, a material, a group.
 
+use std::path::PathBuf;
+
 use bevy_ecs::prelude::*;
 use glam::{DQuat, DVec3, Vec3};
 
+use super::document::Asked;
 use super::history::{Command, Value};
-use super::{EditQueue, theme};
+use super::{Document, EditQueue, EditorState, Wish, theme};
 use crate::frame::FrameScene;
 use crate::world::{
     Camera, Cone, Cuboid, Cylinder, DirectionalLight, Disc, Lobe, Material, Plane, PointLight,
@@ -104,6 +107,23 @@ impl Kind {
     }
 }
 
+/// The wish for a model's file before the eye.
+pub fn model(world: &World, file: PathBuf) -> Wish {
+    let scene = world.resource::<Document>().base.join("scene.ron");
+    let pose = world.get_resource::<FrameScene>().map(|scene| {
+        Transform::from_translation(scene.view.origin + scene.view.forward * DISTANCE)
+    });
+    Wish::Do {
+        command: Command::Model {
+            file,
+            scene,
+            pose: pose.unwrap_or_default(),
+        },
+        name: None,
+        group: None,
+    }
+}
+
 /// The menu of what can be added.
 pub fn menu(ui: &mut egui::Ui, world: &mut World) {
     for (group, kinds) in KINDS {
@@ -119,5 +139,13 @@ pub fn menu(ui: &mut egui::Ui, world: &mut World) {
             }
         }
         ui.add_space(4.0);
+    }
+    if ui.button("Model file\u{2026}").clicked() {
+        world.resource_mut::<Document>().asked = Some(Asked {
+            typed: String::new(),
+            adds: true,
+        });
+        world.resource_mut::<EditorState>().adding = false;
+        ui.close();
     }
 }

@@ -2,17 +2,20 @@
 
 use bevy_ecs::prelude::*;
 
+use super::gizmo::{Gizmo, Mode};
 use super::history::Command;
 use super::{EditQueue, EditorState, Wish};
-use crate::input::{Action, Input, KeyMap};
-use crate::world::Visibility;
+use crate::input::{Action, FlyCamera, Input, KeyMap};
+use crate::world::{GlobalTransform, Sphere, Visibility};
 
 /// Turns keys into wishes, while the panels are open.
 pub(super) fn obey_tools(
-    input: Res<Input>,
-    keys: Res<KeyMap>,
+    (input, keys): (Res<Input>, Res<KeyMap>),
     mut state: ResMut<EditorState>,
     mut queue: ResMut<EditQueue>,
+    mut gizmo: ResMut<Gizmo>,
+    mut fly: ResMut<FlyCamera>,
+    places: Query<(&GlobalTransform, Option<&Sphere>)>,
     switches: Query<&Visibility>,
 ) {
     if !state.panels {
@@ -33,9 +36,30 @@ pub(super) fn obey_tools(
     if pressed(Action::NoLevels) && state.level.is_none() {
         state.selection.clear();
     }
+    let modes = [
+        (Action::Move, Mode::Move),
+        (Action::Rotate, Mode::Rotate),
+        (Action::Scale, Mode::Scale),
+    ];
+    for (action, mode) in modes {
+        if pressed(action) {
+            gizmo.mode = mode;
+        }
+    }
+    gizmo.own_axes ^= pressed(Action::Axes);
+    state.adding ^= pressed(Action::Add);
     let selected = state.selection.all().to_vec();
     if selected.is_empty() {
         return;
+    }
+    if pressed(Action::Focus)
+        && let Some(lead) = state.selection.lead()
+        && let Ok((pose, ball)) = places.get(lead)
+    {
+        // A mesh says nothing of its size here; a few units are seen well.
+        let size = pose.0.matrix3.determinant().abs().cbrt();
+        let radius = ball.map_or(1.0, |ball| ball.radius) * size;
+        fly.look_at(pose.0.translation, radius);
     }
     if pressed(Action::Duplicate) {
         queue.push(Command::Duplicate(selected.clone()));

@@ -18,6 +18,8 @@ const RADIANS_PER_PIXEL: f64 = 0.003;
 const TURN_RADIANS_PER_SEC: f64 = 1.2;
 /// How near to straight up or down the view may come, as the sine of its height.
 const STEEPEST: f64 = 0.999;
+/// How many radii away a thing is looked at from: a ball then fills most of a picture of 45 degrees.
+const RADII_AWAY: f64 = 3.5;
 /// A stalled frame must not throw the camera across the scene.
 const LONGEST_STEP_SECS: f64 = 0.1;
 
@@ -27,6 +29,8 @@ pub struct FlyCamera {
     /// World units a second.
     pub speed: f64,
     flight: Option<Flight>,
+    /// A place to look at, and how far it reaches.
+    focus: Option<(DVec3, f64)>,
 }
 
 impl Default for FlyCamera {
@@ -35,6 +39,7 @@ impl Default for FlyCamera {
             // A scene of a few units across is crossed in a few seconds; the wheel does the rest.
             speed: 3.0,
             flight: None,
+            focus: None,
         }
     }
 }
@@ -43,6 +48,13 @@ impl FlyCamera {
     /// Whether the camera is off the scene's own path.
     pub fn is_active(&self) -> bool {
         self.flight.is_some()
+    }
+
+    /// In the next frame the camera looks at a place as it looks now, from where a ball of that radius is seen whole.
+    pub fn look_at(&mut self, place: DVec3, radius: f64) {
+        if place.is_finite() && radius.is_finite() {
+            self.focus = Some((place, radius.max(1e-6)));
+        }
     }
 }
 
@@ -165,7 +177,8 @@ pub(super) fn fly_camera(
     }
     let secs = time.wall_delta_secs.min(LONGEST_STEP_SECS);
     let wish = wish(&input, &keys, fly.speed, secs);
-    if fly.flight.is_none() && wish != Wish::default() {
+    let focus = fly.focus.take();
+    if fly.flight.is_none() && (wish != Wish::default() || focus.is_some()) {
         let shown = cameras.iter().map(|(entity, visible)| (entity, visible.0));
         fly.flight = picture_camera(*active, shown)
             .and_then(|entity| take_in_hand(entity, *active, &poses, &parents));
@@ -173,6 +186,9 @@ pub(super) fn fly_camera(
     let Some(flight) = &mut fly.flight else {
         return;
     };
+    if let Some((place, radius)) = focus {
+        flight.position = place - flight.rotation * DVec3::NEG_Z * (radius * RADII_AWAY);
+    }
     (flight.position, flight.rotation) = flown(flight.position, flight.rotation, wish);
     let flight = *flight;
     let parent = parents.get(flight.entity).ok().map(ChildOf::parent);

@@ -20,7 +20,7 @@ mod syntax;
 mod timeline;
 mod writer;
 
-pub use crate::import::{Loader, Progress};
+pub use crate::import::{Loader, Progress, endings, is_model};
 pub use problem::{LoadReport, Place, Problem, Problems, Report, Summary, edit_distance};
 pub use reader::{Fields, Reader, Schema};
 pub use save::{describe, save, text_of};
@@ -35,7 +35,6 @@ use bevy_ecs::prelude::*;
 use bevy_ecs::reflect::AppTypeRegistry;
 
 use crate::app::Engine;
-use crate::import;
 use crate::schedule::FrameSet;
 
 /// Largest scene file that is read, bytes: a mesh belongs into a file of its own.
@@ -80,7 +79,7 @@ pub struct Prepared {
 /// # Errors
 /// The file cannot be read; what else is wrong is told by [`put`].
 pub fn prepare(path: &Path, loader: &Loader) -> Result<Prepared, Problems> {
-    let is_model = import::is_model(path);
+    let is_model = is_model(path);
     let (resolved, report) = if is_model {
         resolve::resolve_model(path, loader)
     } else {
@@ -145,9 +144,43 @@ pub fn put(
     })
 }
 
+/// Adds what a model file shows to the scene that is there; `scene` is the file that the scene is of. The entities made: the
+/// one that stands for the model first, then materials of the file.
+///
+/// # Errors
+/// Every problem of the model's file; the world is then as it was.
+pub fn add_model(
+    world: &mut World,
+    (id, model): (&str, &Path),
+    scene: &Path,
+) -> Result<Vec<Entity>, Problems> {
+    let folder = scene.parent().unwrap_or(Path::new(""));
+    let mesh = schema::MeshFile {
+        path: rebase::path_from(folder, model).into(),
+        smooth_angle: None,
+    };
+    let entity = schema::Entity {
+        id: Some(id.to_owned().into()),
+        shape: Some(schema::Shape::Mesh(mesh)),
+        ..schema::Entity::default()
+    };
+    let text = text_of(&schema::Scene {
+        entities: vec![entity],
+        ..schema::Scene::default()
+    });
+    let loader = world.get_resource_or_init::<Loader>().clone();
+    let (resolved, report) = resolve::resolve(&text, scene, &loader);
+    if !report.problems.0.is_empty() {
+        return Err(report.problems);
+    }
+    let (mut made, materials) = spawn::add(world, resolved);
+    made.extend(materials);
+    Ok(made)
+}
+
 /// Lists every problem of a scene file or a model file, and what is right, without a world.
 pub fn check(path: &Path) -> Report {
-    if import::is_model(path) {
+    if is_model(path) {
         return resolve::resolve_model(path, &Loader::default()).1;
     }
     match read_text(path) {

@@ -41,6 +41,11 @@ fn rebase(entity: &mut Entity, said: &mut impl FnMut(&mut String)) {
         .for_each(|child| rebase(child, said));
 }
 
+/// A file's path as a scene file in a folder has it.
+pub fn path_from(folder: &Path, file: &Path) -> String {
+    said_from(&whole(folder), &whole(file))
+}
+
 /// From the root on, without steps up.
 fn whole(path: &Path) -> PathBuf {
     let path = if path.as_os_str().is_empty() {
@@ -70,7 +75,11 @@ fn moved(path: &str, from: &Path, to: &Path) -> String {
     if Path::new(path).is_absolute() || path.is_empty() {
         return path.to_owned();
     }
-    let target = plain(&from.join(path));
+    said_from(to, &plain(&from.join(path)))
+}
+
+/// One whole path from another.
+fn said_from(to: &Path, target: &Path) -> String {
     let shared = target
         .components()
         .zip(to.components())
@@ -101,5 +110,7 @@ mod tests {
         assert_eq!(said("a.obj", "/s", "/t/u"), "../../s/a.obj");
         assert_eq!(said("b/a.obj", "/s", "/s/b"), "a.obj");
         assert_eq!(said("/x/a.obj", "/s", "/t"), "/x/a.obj");
+        let named = path_from(Path::new("/s/scenes"), Path::new("/s/models/a.obj"));
+        assert_eq!(named, "../models/a.obj");
     }
 }

@@ -13,7 +13,9 @@ use std::collections::{HashMap, HashSet};
 use bevy_ecs::prelude::*;
 use bevy_reflect::prelude::*;
 
-use super::resolve::{MeshKey, Resolved, TextureKey, pictures, texture_key};
+use glam::DVec3;
+
+use super::resolve::{MeshKey, PoseKey, Resolved, TextureKey, pictures, texture_key};
 use super::schema::{self, Light, MaterialFile, Motion, Shape};
 use super::timeline::{Ids, Timeline};
 use crate::import::Model;
@@ -104,17 +106,7 @@ pub fn spawn(world: &mut World, resolved: Resolved) {
     };
     world.insert_resource(background);
     world.insert_resource(TraceDepth(scene.max_generations));
-    let mut spawner = Spawner {
-        models,
-        poses: Poses {
-            read: poses,
-            ..Poses::default()
-        },
-        stored: HashMap::new(),
-        imported: HashMap::new(),
-        taken: HashSet::new(),
-        ids: Ids::default(),
-    };
+    let mut spawner = Spawner::new(models, poses);
     spawner.take_ids(&scene.entities);
     let mut roots = SceneRoots::default();
     for (id, file) in &scene.materials {
@@ -136,6 +128,17 @@ pub fn spawn(world: &mut World, resolved: Resolved) {
     let timeline = Timeline::compile(scene.timeline, &spawner.ids, world);
     world.insert_resource(timeline);
     world.insert_resource(roots);
+}
+
+/// Adds the entities of a scene to the one that is there, and nothing else of it; these, and the materials of their files.
+pub fn add(world: &mut World, resolved: Resolved) -> (Vec<Entity>, Vec<Entity>) {
+    let mut spawner = Spawner::new(resolved.models, resolved.poses);
+    let mut ids = world.query::<&SceneId>();
+    spawner.taken = ids.iter(world).map(|id| id.0.clone()).collect();
+    let entities = resolved.scene.entities.iter();
+    let entities = entities.map(|entity| spawner.entity(world, entity, None));
+    let entities = entities.collect();
+    (entities, spawner.imported.into_values().collect())
 }
 
 /// Puts pictures into the store; those that could not be read are left out.
@@ -179,6 +182,20 @@ struct Spawner {
 }
 
 impl Spawner {
+    fn new(models: HashMap<MeshKey, Model>, poses: HashMap<PoseKey, Vec<Vec<DVec3>>>) -> Self {
+        Self {
+            models,
+            poses: Poses {
+                read: poses,
+                ..Poses::default()
+            },
+            stored: HashMap::new(),
+            imported: HashMap::new(),
+            taken: HashSet::new(),
+            ids: Ids::default(),
+        }
+    }
+
     fn take_ids(&mut self, entities: &[schema::Entity]) {
         for entity in entities {
             self.taken

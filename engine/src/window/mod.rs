@@ -130,7 +130,8 @@ pub fn run(
     add_plugins(&mut engine);
     engine.validate().map_err(WindowError::Schedule)?;
     let mut clock = engine.world.resource_mut::<Clock>();
-    if *clock == Clock::Paused {
+    // What is edited stands still until it is played.
+    if *clock == Clock::Paused && !options.show_editor {
         *clock = Clock::Wall;
     }
     let mut app = app::WindowApp::new(engine, options, &mut after_frame);

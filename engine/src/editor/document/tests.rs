@@ -110,6 +110,7 @@ fn a_scene_saved_elsewhere_still_finds_what_it_names() {
     let there = folder.0.join("deeper/still");
     std::fs::create_dir_all(&there).unwrap();
     save_to(&mut engine.world, &there.join("other.ron"));
+    save_to(&mut engine.world, &there.join("other.ron"));
     assert_eq!(
         engine.world.resource::<Notices>().issues,
         Vec::<String>::new()

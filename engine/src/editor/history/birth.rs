@@ -1,6 +1,7 @@
 //! How entities come to be: new ones, and copies of others.
 
 use std::any::TypeId;
+use std::path::Path;
 
 use bevy_ecs::entity::EntityHashMap;
 use bevy_ecs::prelude::*;
@@ -11,8 +12,8 @@ use super::change::{self, Change};
 use super::command::Outcome;
 use super::parts::{Value, authored, copy_of, is_bare, with_all_below};
 use super::run::recorded;
-use crate::scene::SceneRoots;
-use crate::world::{Material, Rest, SceneId};
+use crate::scene::{self, SceneRoots};
+use crate::world::{Material, Rest, SceneId, Transform};
 
 /// An id that no entity of the scene has, from a word that people read.
 pub fn unique_id(world: &mut World, wanted: &str) -> String {
@@ -59,6 +60,29 @@ pub(super) fn spawn(
     });
     let select = Some(vec![entity]);
     (changes, Outcome { select })
+}
+
+/// What a model's file shows, as new entities.
+pub(super) fn model(
+    world: &mut World,
+    (file, scene): (&Path, &Path),
+    pose: Transform,
+) -> Result<(Vec<Change>, Outcome), String> {
+    let name = file.file_stem().unwrap_or_default().to_string_lossy();
+    let id = unique_id(world, &name);
+    let made =
+        scene::add_model(world, (&id, file), scene).map_err(|problems| problems.to_string())?;
+    let Some(&root) = made.first() else {
+        return Err("the file shows nothing".into());
+    };
+    if let Some(mut transform) = world.get_mut::<Transform>(root) {
+        *transform = pose;
+    }
+    list_after(world, root, None);
+    let all = with_all_below(world, &made);
+    let changes = recorded(world, &[], |_| all);
+    let select = Some(vec![root]);
+    Ok((changes, Outcome { select }))
 }
 
 /// Gives a new entity at the top its place in the scene's file: after another one, or last.

@@ -1,13 +1,14 @@
 //! Commands: what can be done to a scene, one kind each. Panels, gizmo, menus and keys say what they want with one.
 
 use std::any::TypeId;
+use std::path::PathBuf;
 
 use bevy_ecs::prelude::*;
 use bevy_reflect::PartialReflect;
 
 use super::parts::Value;
 use crate::editor::naming::{kind_of_part, label, spaced};
-use crate::world::Visibility;
+use crate::world::{Transform, Visibility};
 
 /// A field that is to have a value.
 #[derive(Debug)]
@@ -39,6 +40,15 @@ pub enum Command {
         parent: Option<Entity>,
         /// What it is made of.
         parts: Vec<Value>,
+    },
+    /// What a model's file shows, before the eye.
+    Model {
+        /// The file.
+        file: PathBuf,
+        /// The file of the scene that it comes into: paths in it are from its folder.
+        scene: PathBuf,
+        /// Where it is put.
+        pose: Transform,
     },
     /// Takes entities away, with all below them.
     Delete(Vec<Entity>),
@@ -110,6 +120,10 @@ impl Command {
                 format!("Remove {part} of {}", who(entities))
             }
             Self::Spawn { name, .. } => format!("New {name}"),
+            Self::Model { file, .. } => {
+                let name = file.file_stem().unwrap_or_default();
+                format!("New {}", name.to_string_lossy())
+            }
             Self::Delete(entities) => format!("Delete {}", who(entities)),
             Self::Duplicate(entities) => format!("Duplicate {}", who(entities)),
             Self::Reparent(entities, parent) => match parent {

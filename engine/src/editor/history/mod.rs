@@ -11,7 +11,10 @@ mod place;
 mod run;
 
 pub use command::{Command, FieldSet, Outcome};
+pub(in crate::editor) use parts::with_all_below;
 pub use parts::{Value, is_bare, is_derived};
+pub(in crate::editor) use place::world_from;
+pub(in crate::editor) use run::topmost;
 
 use std::collections::VecDeque;
 
@@ -104,6 +107,15 @@ impl History {
     /// A number of the scene's state: another one after every edit, the old one again after undo.
     pub fn state(&self) -> u64 {
         self.done.back().map_or(self.ground, |(number, _)| *number)
+    }
+
+    /// How many steps led here from a state; none: it is not one of those behind.
+    pub fn steps_since(&self, state: u64) -> Option<usize> {
+        if state == self.ground {
+            return Some(self.done.len());
+        }
+        let from = self.done.iter().position(|(number, _)| *number == state);
+        from.map(|from| self.done.len() - 1 - from)
     }
 
     /// Whether edits were made that the scene's file does not have.

@@ -45,6 +45,7 @@ pub(super) fn run(world: &mut World, command: Command) -> Result<(Vec<Change>, O
             parent,
             parts,
         } => Ok(birth::spawn(world, &registry, (&name, parent, &parts))),
+        Command::Model { file, scene, pose } => birth::model(world, (&file, &scene), pose),
         Command::Delete(entities) => {
             let entities = with_all_below(world, &there(world, &entities)?);
             let changes = recorded(world, &entities, |world| {

@@ -1,5 +1,8 @@
 //! One widget a field, chosen by its reflected type; what is changed comes back as a path and a value.
 
+mod pickers;
+mod units;
+
 use bevy_ecs::prelude::*;
 use bevy_reflect::enums::{DynamicEnum, DynamicVariant, Enum, VariantInfo};
 use bevy_reflect::std_traits::ReflectDefault;
@@ -8,8 +11,11 @@ use bevy_reflect::tuple::DynamicTuple;
 use bevy_reflect::{PartialReflect, ReflectRef, TypeInfo, TypeRegistry};
 use glam::{DQuat, DVec2, DVec3, EulerRot, Vec2, Vec3};
 
-use super::naming::{label, spaced};
+use self::pickers::Picked;
+use self::units::Unit;
+use super::naming::spaced;
 use super::theme;
+use crate::world::TextureId;
 
 /// Width of the column of names.
 const NAME_WIDTH: f32 = 96.0;
@@ -28,6 +34,8 @@ pub struct FieldEdit {
 pub struct Fields<'a> {
     registry: &'a TypeRegistry,
     world: &'a World,
+    /// The component's type, as Rust has it.
+    component: String,
     path: String,
     /// Changes, in order.
     pub edits: Vec<FieldEdit>,
@@ -41,6 +49,7 @@ impl<'a> Fields<'a> {
         Self {
             registry,
             world,
+            component: String::new(),
             path: String::new(),
             edits: Vec::new(),
             jump: None,
@@ -49,6 +58,7 @@ impl<'a> Fields<'a> {
 
     /// Draws a whole component.
     pub fn show(&mut self, ui: &mut egui::Ui, name: &str, value: &dyn PartialReflect) {
+        self.component = name.to_owned();
         if !self.leaf(ui, name, value) {
             self.parts(ui, value);
         }
@@ -119,19 +129,9 @@ impl<'a> Fields<'a> {
 
     /// Draws a value that fits on one line; false if it does not.
     fn leaf(&mut self, ui: &mut egui::Ui, name: &str, value: &dyn PartialReflect) -> bool {
-        macro_rules! numbers {
-            ($($number:ty),*) => {
-                $(if let Some(&before) = value.try_downcast_ref::<$number>() {
-                    let mut now = before;
-                    line(ui, name, |ui| ui.add(egui::DragValue::new(&mut now).speed(pace(before as f64))));
-                    if now != before {
-                        self.edit(now);
-                    }
-                    return true;
-                })*
-            };
+        if self.number(ui, name, value) {
+            return true;
         }
-        numbers!(f32, f64, u8, u16, u32, u64, usize, i8, i16, i32, i64, isize);
         if let Some(&before) = value.try_downcast_ref::<bool>() {
             let mut now = before;
             line(ui, name, |ui| ui.checkbox(&mut now, ""));
@@ -146,15 +146,65 @@ impl<'a> Fields<'a> {
             }
         } else if let Some(text) = value.try_downcast_ref::<Name>() {
             line(ui, "name", |ui| ui.label(text.as_str()));
-        } else if let Some(&entity) = value.try_downcast_ref::<Entity>() {
-            let text = label(self.world, entity);
-            line(ui, name, |ui| {
-                if ui.link(text).on_hover_text("Select it").clicked() {
-                    self.jump = Some(entity);
-                }
-            });
         } else {
-            return self.vector(ui, name, value);
+            return self.reference(ui, name, value) || self.vector(ui, name, value);
+        }
+        true
+    }
+
+    /// A number, in its unit.
+    fn number(&mut self, ui: &mut egui::Ui, name: &str, value: &dyn PartialReflect) -> bool {
+        macro_rules! whole_numbers {
+            ($($number:ty),*) => {
+                $(if let Some(&before) = value.try_downcast_ref::<$number>() {
+                    let mut now = before;
+                    line(ui, name, |ui| ui.add(egui::DragValue::new(&mut now).speed(0.1)));
+                    if now != before {
+                        self.edit(now);
+                    }
+                    return true;
+                })*
+            };
+        }
+        whole_numbers!(u8, u16, u32, u64, usize, i8, i16, i32, i64, isize);
+        let unit = Unit::of(&self.component, name);
+        if let Some(&before) = value.try_downcast_ref::<f64>() {
+            if let Some(now) = in_unit(ui, name, &unit, before) {
+                self.edit(now);
+            }
+        } else if let Some(&before) = value.try_downcast_ref::<f32>() {
+            if let Some(now) = in_unit(ui, name, &unit, f64::from(before)) {
+                self.edit(now as f32);
+            }
+        } else {
+            return false;
+        }
+        true
+    }
+
+    /// What the field refers to, chosen from a list; false if it refers to nothing of that kind.
+    fn reference(&mut self, ui: &mut egui::Ui, name: &str, value: &dyn PartialReflect) -> bool {
+        let salt = format!("{} {}", self.component, self.path);
+        if let Some(&now) = value.try_downcast_ref::<Entity>() {
+            let materials = self.component == "Surface";
+            let name = if materials { "material" } else { name };
+            let picked = line(ui, name, |ui| {
+                pickers::entity(ui, self.world, &salt, (now, materials))
+            });
+            match picked {
+                Some(Picked::Entity(entity)) => self.edit(entity),
+                Some(Picked::Jump(entity)) => self.jump = Some(entity),
+                None => {}
+            }
+        } else if let Some(&now) = value.try_downcast_ref::<Option<TextureId>>() {
+            let picked = line(ui, name, |ui| pickers::texture(ui, self.world, &salt, now));
+            if let Some(next) = picked.flatten() {
+                self.edit(Some(next));
+            } else if picked == Some(None) {
+                self.edit(None::<TextureId>);
+            }
+        } else {
+            return false;
         }
         true
     }
@@ -289,7 +339,7 @@ impl<'a> Fields<'a> {
 }
 
 /// A name on the left, a widget on the right, aligned over all lines.
-fn line<R>(ui: &mut egui::Ui, name: &str, widget: impl FnOnce(&mut egui::Ui) -> R) {
+fn line<R>(ui: &mut egui::Ui, name: &str, widget: impl FnOnce(&mut egui::Ui) -> R) -> R {
     ui.horizontal(|ui| {
         let height = ui.spacing().interact_size.y;
         ui.allocate_ui_with_layout(
@@ -300,8 +350,30 @@ fn line<R>(ui: &mut egui::Ui, name: &str, widget: impl FnOnce(&mut egui::Ui) -> 
                 ui.add(egui::Label::new(theme::faint(spaced(name))).truncate());
             },
         );
-        widget(ui);
+        widget(ui)
+    })
+    .inner
+}
+
+/// A number as its unit has it; the held number if it was changed.
+fn in_unit(ui: &mut egui::Ui, name: &str, unit: &Unit, before: f64) -> Option<f64> {
+    let shown = unit.shown(before);
+    let mut now = shown;
+    line(ui, name, |ui| {
+        if unit.slides {
+            ui.spacing_mut().slider_width = (ui.available_width() - 62.0).max(30.0);
+            ui.add(egui::Slider::new(&mut now, unit.range.clone()).max_decimals(3));
+        } else {
+            let pace = unit.pace.unwrap_or_else(|| pace(shown));
+            let field = egui::DragValue::new(&mut now).speed(pace).max_decimals(4);
+            // What is out of range already is shown as it is until somebody changes it.
+            let field = field
+                .range(unit.range.clone())
+                .clamp_existing_to_range(false);
+            ui.add(field.suffix(unit.suffix));
+        }
     });
+    (now != shown).then(|| unit.held(now))
 }
 
 /// Numbers side by side.
