@@ -43,7 +43,7 @@ const MAY_IMPORT: [(&str, &[&str]); 14] = [
 /// What a module needs to add its systems to the frame; `time` is one of them itself.
 const LOOP: [&str; 4] = ["app", "schedule", "time", "Engine"];
 /// Crates and the only folders or files of the engine that may name them.
-const ONLY_IN: [(&str, &[&str]); 15] = [
+const ONLY_IN: [(&str, &[&str]); 14] = [
     ("wgpu", &["trace/gpu", "present"]),
     ("winit", &["window", "input"]),
     ("egui", &["editor", "present", "window"]),
@@ -51,7 +51,6 @@ const ONLY_IN: [(&str, &[&str]); 15] = [
     ("egui_winit", &["window"]),
     ("naga", &["trace/gpu"]),
     ("naga_oil", &["trace/gpu"]),
-    ("obvhs", &["bvh"]),
     ("tobj", &["import"]),
     ("gltf", &["import"]),
     ("image", &["import"]),

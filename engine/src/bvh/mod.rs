@@ -4,7 +4,7 @@
 //! using CUDA"), which kept one binary tree of spheres per mesh, over objects that stood still, and tested
 //! meshes one after the other. Here a tree is 4-wide with boxes ([`Node4`]), and it follows what moves:
 //!
-//! - [`Tree`] is a mesh's: built once by `obvhs` (PLOC, Meister and Bittner 2018), refitted when vertices
+//! - [`Tree`] is a mesh's: built once from the top down by the surface area heuristic, refitted when vertices
 //!   move ([`Tree::refit`]), built anew off the frame when that has made it bad ([`Rebuilder`]).
 //! - [`InstanceTree`] is a frame's: paths, refits and new trees, whichever is cheapest by measured cost.
 //! - [`Bounds`] names the structures to compare with, the report's own among them.
@@ -13,8 +13,10 @@
 //! rule of [`crate::geom::SlabRay`], or that of `shaders/shared/slab.wgsl`, no hit is ever culled. So no picture depends
 //! on a tree or its history.
 
+mod binary;
 mod build;
 mod cluster;
+mod collapse;
 mod extent;
 mod fast;
 mod instances;

@@ -4,7 +4,9 @@
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use super::build::{balanced, medians, widen};
+use super::binary::by_medians;
+use super::build::{MESH_LEAF, balanced};
+use super::collapse::collapse;
 use super::{CHILD_NONE, Child, Extent, Node4, Tree};
 use crate::geom::Aabb;
 
@@ -27,7 +29,7 @@ const BOUNDLESS: f32 = 1e30;
 impl Tree {
     /// A tree of boxes with two children a node; otherwise as [`Tree::build`].
     pub fn build_binary(boxes: &[Aabb]) -> Self {
-        Self::of_good_quality(boxes, 2)
+        Self::by_area(boxes, MESH_LEAF, 2)
     }
 
     /// The tree of the 2008 report: primitives split evenly in halves along the widest axis of their box
@@ -39,8 +41,8 @@ impl Tree {
                 ..Self::default()
             };
         }
-        let (binary, prims) = medians(boxes, leaf.clamp(1, Child::MAX_LEAF));
-        let mut tree = widen(&binary, prims, 2);
+        let (binary, prims) = by_medians(boxes, leaf.clamp(1, Child::MAX_LEAF));
+        let mut tree = collapse(&binary, prims, 1, 2);
         tree.bounds = Bounds::Spheres;
         let prims = std::mem::take(&mut tree.prims);
         tree.refit(|place| boxes[prims[place] as usize].into());

@@ -18,6 +18,9 @@ const GAMMA_ONE: f32 = 5.96046483e-8;
 const GAMMA_THREE: f32 = 1.78813966e-7;
 const GAMMA_FIVE: f32 = 2.98023313e-7;
 
+const LEAF_REST: u32 = ~(CHILD_LEAF | LEAF_FIRST_MASK);
+const NEXT_TRIANGLE: u32 = (1u << LEAF_COUNT_SHIFT) - 1u;
+
 var<private> stack: array<u32, STACK>;
 
 struct Hit {
@@ -48,16 +51,7 @@ fn meet(origin: vec3f, dir: vec3f, start: Hit, most: f32, any_will_do: bool) -> 
     // Where one leaf is all of the tree, the root is that leaf.
     var slot = select(0u, view.root, (view.root & CHILD_LEAF) != 0u);
     loop {
-        if (slot & CHILD_LEAF) == 0u {
-            let entered = enter_children(root + slot, ray, 0.0, best.t * REACH);
-            if entered.slot.w != CHILD_NONE {
-                depth = push(depth, entered.slot.x);
-                depth = push(depth, entered.slot.y);
-                depth = push(depth, entered.slot.z);
-                slot = entered.slot.w;
-                continue;
-            }
-        } else if mesh == NONE {
+        if mesh == NONE && (slot & CHILD_LEAF) != 0u && slot != CHILD_NONE {
             mesh = slot & LEAF_FIRST_MASK;
             let rows = instances[mesh].local_from_world;
             let local_dir = vector(rows, dir);
@@ -67,31 +61,39 @@ fn meet(origin: vec3f, dir: vec3f, start: Hit, most: f32, any_will_do: bool) -> 
             root = instances[mesh].root;
             floor_depth = depth;
             slot = 0u;
-            continue;
-        } else {
-            let first = instances[mesh].first_triangle + (slot & LEAF_FIRST_MASK);
-            let count = ((slot & ~CHILD_LEAF) >> LEAF_COUNT_SHIFT) + 1u;
-            for (var i = first; i < first + count; i++) {
-                let hit = hit_triangle(shear, local, triangles[i].a, triangles[i].b, triangles[i].c);
-                let is_start = start.triangle == i && start.row == mesh;
-                if hit.hits && hit.t > 0.0 && hit.t < best.t && !is_start {
-                    best = Hit(hit.t, mesh, i);
+        }
+        if slot == CHILD_NONE {
+            if depth == 0u {
+                break;
+            }
+            if mesh != NONE && depth == floor_depth {
+                mesh = NONE;
+                root = view.root;
+                ray = tree_ray(origin + view.eye_from_anchor, slack, dir);
+            }
+            depth -= 1u;
+            slot = stack[depth];
+        }
+        if (slot & CHILD_LEAF) == 0u {
+            let entered = enter_children(root + slot, ray, 0.0, best.t * REACH);
+            depth = push(depth, entered.slot.x);
+            depth = push(depth, entered.slot.y);
+            depth = push(depth, entered.slot.z);
+            slot = entered.slot.w;
+        }
+        if mesh != NONE && (slot & CHILD_LEAF) != 0u && slot != CHILD_NONE {
+            let i = instances[mesh].first_triangle + (slot & LEAF_FIRST_MASK);
+            let hit = hit_triangle(shear, local, triangles[i].a, triangles[i].b, triangles[i].c);
+            let is_start = start.triangle == i && start.row == mesh;
+            if hit.hits && hit.t > 0.0 && hit.t < best.t && !is_start {
+                best = Hit(hit.t, mesh, i);
+                if any_will_do {
+                    return best;
                 }
             }
-            if any_will_do && best.row != NONE {
-                return best;
-            }
+            // The rest of the leaf, or none.
+            slot = select(CHILD_NONE, slot - NEXT_TRIANGLE, (slot & LEAF_REST) != 0u);
         }
-        if depth == 0u {
-            break;
-        }
-        if mesh != NONE && depth == floor_depth {
-            mesh = NONE;
-            root = view.root;
-            ray = tree_ray(origin + view.eye_from_anchor, slack, dir);
-        }
-        depth -= 1u;
-        slot = stack[depth];
     }
     return best;
 }
