@@ -218,7 +218,7 @@ fn is_instance(walk: Walk, slot: u32) -> bool {
         return false;
     }
 #endif
-    return (slot & CHILD_LEAF) != 0u && slot != CHILD_NONE;
+    return (slot & CHILD_LEAF) != 0u;
 }
 #endif
 
@@ -230,9 +230,9 @@ fn is_triangle(walk: Walk, slot: u32) -> bool {
 #endif
 
 // One loop over both levels: at a mesh the ray and the tree are changed for the mesh's, and changed back once the stack has
-// shrunk to where it was. A scene that is one mesh has one level. In a turn a ray may go into an instance, take a slot off the
-// stack, go into a node and a triangle, one after the other: rays side by side take every step that any of them takes, so a
-// ray that took only one of them a turn would idle through the others.
+// shrunk to where it was. A scene that is one mesh has one level. In a turn a ray may take a slot off the stack, go into an
+// instance, a node and a triangle, one after the other: rays side by side take every step that any of them takes, so a ray
+// that took only one of them a turn would idle through the others.
 fn trace_trees(probe: Probe, so_far: Found) -> Found {
     var best = so_far;
     var depth = 0u;
@@ -245,26 +245,6 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
     var slot = 0u;
 #endif
     loop {
-#ifdef INSTANCES
-        if is_instance(walk, slot) {
-            let row = slot & LEAF_FIRST_MASK;
-            slot = CHILD_NONE;
-#ifdef MESHES
-            if instances[row].kind == KIND_MESH {
-                walk = walk_mesh(probe, row);
-                floor_depth = depth;
-                slot = 0u;
-            } else {
-                best = offer_solid(probe, best, row);
-            }
-#else
-            best = offer_solid(probe, best, row);
-#endif
-            if ends(probe, best) {
-                return best;
-            }
-        }
-#endif
         if slot == CHILD_NONE {
             if depth == 0u {
                 break;
@@ -279,6 +259,31 @@ fn trace_trees(probe: Probe, so_far: Found) -> Found {
             depth -= 1u;
             slot = stack[depth];
         }
+#ifdef INSTANCES
+        if is_instance(walk, slot) {
+            let row = slot & LEAF_FIRST_MASK;
+            slot = CHILD_NONE;
+#ifdef MESHES
+            if instances[row].kind == KIND_MESH {
+                walk = walk_mesh(probe, row);
+                floor_depth = depth;
+                slot = 0u;
+            } else {
+                best = offer_solid(probe, best, row);
+            }
+#else
+            best = offer_solid(probe, best, row);
+            // Solids alone: the rest of the turn is for the next slot.
+            if depth > 0u {
+                depth -= 1u;
+                slot = stack[depth];
+            }
+#endif
+            if ends(probe, best) {
+                return best;
+            }
+        }
+#endif
         if (slot & CHILD_LEAF) == 0u {
             let entered = enter(walk, slot, probe.after.t, best.key.t * REACH);
             depth = push(depth, entered.slot.x);

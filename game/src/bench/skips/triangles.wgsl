@@ -51,17 +51,6 @@ fn meet(origin: vec3f, dir: vec3f, start: Hit, most: f32, any_will_do: bool) -> 
     // Where one leaf is all of the tree, the root is that leaf.
     var slot = select(0u, view.root, (view.root & CHILD_LEAF) != 0u);
     loop {
-        if mesh == NONE && (slot & CHILD_LEAF) != 0u && slot != CHILD_NONE {
-            mesh = slot & LEAF_FIRST_MASK;
-            let rows = instances[mesh].local_from_world;
-            let local_dir = vector(rows, dir);
-            local = point(rows, origin);
-            ray = tree_ray(local, vec3f(0.0), local_dir);
-            shear = make_shear(local_dir);
-            root = instances[mesh].root;
-            floor_depth = depth;
-            slot = 0u;
-        }
         if slot == CHILD_NONE {
             if depth == 0u {
                 break;
@@ -73,6 +62,17 @@ fn meet(origin: vec3f, dir: vec3f, start: Hit, most: f32, any_will_do: bool) -> 
             }
             depth -= 1u;
             slot = stack[depth];
+        }
+        if mesh == NONE && (slot & CHILD_LEAF) != 0u {
+            mesh = slot & LEAF_FIRST_MASK;
+            let rows = instances[mesh].local_from_world;
+            let local_dir = vector(rows, dir);
+            local = point(rows, origin);
+            ray = tree_ray(local, vec3f(0.0), local_dir);
+            shear = make_shear(local_dir);
+            root = instances[mesh].root;
+            floor_depth = depth;
+            slot = 0u;
         }
         if (slot & CHILD_LEAF) == 0u {
             let entered = enter_children(root + slot, ray, 0.0, best.t * REACH);
