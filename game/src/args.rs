@@ -46,6 +46,7 @@ Examples:
   orrery two_spheres                             play assets/scenes/two_spheres.ron
   orrery demo --target-ms 16.7                   60 frames a second, at whatever resolution that leaves
   orrery render demo --frames 0..90              90 pictures of the demo, 3 seconds, into frames/
+  orrery render demo --frames 0..900 --video demo.mp4   the same and more, and a film of them
   orrery render demo --frames 30 --out f30.exr   one picture, linear light, 32-bit float
   orrery render demo --frames 30 --explain 640,360   every ray of a pixel: what it met, added and cost
   orrery bench frame --backend cpu               how long a frame of the demo takes
@@ -135,6 +136,10 @@ pub struct RenderRequest {
     /// Leave frames alone whose file is there already.
     #[arg(long)]
     pub resume: bool,
+    /// When all pictures are there, also make a film of them, such as film.mp4, through the program ffmpeg, which must be
+    /// installed.
+    #[arg(long, value_name = "FILE")]
+    pub video: Option<PathBuf>,
     /// Draw the bounding volumes of a level of all trees over the picture: 1 to 9, 1 being the root's children, or
     /// `leaves`. The tree over instances is pale, those of meshes have a colour a level.
     #[arg(long, value_name = "N|leaves")]

@@ -23,6 +23,7 @@ mod preview;
 mod profile_log;
 mod render;
 mod stage;
+mod video;
 mod words;
 
 use std::process::ExitCode;

@@ -86,6 +86,15 @@ impl Pattern {
         }
     }
 
+    /// The pattern as C's printf has it, for programs that know no `####`.
+    pub fn in_c(&self) -> String {
+        let plain = |text: &str| text.replace('%', "%%");
+        let number = self
+            .digits
+            .map_or(String::new(), |digits| format!("%0{digits}d"));
+        format!("{}{number}{}", plain(&self.before), plain(&self.after))
+    }
+
     /// Whether the files are PNG.
     pub fn is_png(&self) -> bool {
         self.format == Format::Png

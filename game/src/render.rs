@@ -11,7 +11,7 @@ use crate::defects::Defects;
 use crate::failure::Failure;
 use crate::output::{note, progress, say};
 use crate::profile_log::ProfileLog;
-use crate::{device, explain, heat, interrupt, stage};
+use crate::{device, explain, heat, interrupt, stage, video};
 
 /// Size unless asked otherwise: what most screens show without scaling, and quick enough on a processor.
 const SIZE: UVec2 = UVec2::new(1280, 720);
@@ -41,7 +41,11 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
             "`--levels` draws over what a display would show: it is for .png files without `--linear16`".into(),
         ));
     }
+    if let Some(film) = &request.video {
+        video::check(film, &request.out)?;
+    }
     let todo: Vec<u64> = frames
+        .clone()
         .filter(|&frame| !(request.resume && request.out.path(frame).is_file()))
         .collect();
     let (mut engine, _) = stage::open(&request.scene, common, SIZE, request.fps)?;
@@ -96,6 +100,10 @@ pub fn run(request: &RenderRequest, common: &Common) -> Result<(), Failure> {
         )),
         (Some(&only), _) => say(request.out.path(only).display()),
         _ => say("nothing left to do"),
+    }
+    if let Some(film) = &request.video {
+        video::make(film, &request.out, &frames, request.fps)?;
+        say(film.display());
     }
     Ok(())
 }

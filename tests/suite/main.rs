@@ -10,6 +10,7 @@ mod coincident;
 mod device_instances;
 mod device_trees;
 mod explain;
+mod film;
 mod framing;
 mod geometry;
 mod gpu;
