@@ -118,9 +118,13 @@ impl Rebuilder {
         }
         let (shared, build) = (Arc::clone(&self.shared), Arc::clone(&self.build));
         let thread = std::thread::Builder::new().name("rebuild of trees".into());
-        self.is_started = thread
-            .spawn(move || while shared.work(&*build, true) {})
-            .is_ok();
+        let work = move || {
+            // A pool of itself: in the frame's, a build would be in its way.
+            let alone = rayon::ThreadPoolBuilder::new().num_threads(1);
+            let _alone = alone.use_current_thread().build();
+            while shared.work(&*build, true) {}
+        };
+        self.is_started = thread.spawn(work).is_ok();
         if !self.is_started {
             self.shared.work(&*self.build, false);
         }
@@ -190,6 +194,17 @@ mod tests {
     fn boxes(count: usize) -> Vec<Aabb> {
         let unit = |i: usize| Aabb::of([Vec3::splat(i as f32), Vec3::splat(i as f32 + 1.0)]);
         (0..count).map(unit).collect()
+    }
+
+    #[test]
+    fn builds_stay_out_of_the_pool_of_frames() {
+        let mut rebuilder = Rebuilder::with(|boxes| {
+            assert_eq!(rayon::current_num_threads(), 1);
+            assert!(rayon::current_thread_index().is_some());
+            Tree::build(boxes)
+        });
+        rebuilder.request(1, || boxes(20_000), 1.0);
+        assert!(wait_for(&mut rebuilder, 1)[0].tree.is_some());
     }
 
     fn wait_for(rebuilder: &mut Rebuilder, count: usize) -> Vec<Rebuilt> {

@@ -29,7 +29,7 @@ const BOUNDLESS: f32 = 1e30;
 impl Tree {
     /// A tree of boxes with two children a node; otherwise as [`Tree::build`].
     pub fn build_binary(boxes: &[Aabb]) -> Self {
-        Self::by_area(boxes, MESH_LEAF, 2)
+        Self::of_width(boxes, MESH_LEAF, 2)
     }
 
     /// The tree of the 2008 report: primitives split evenly in halves along the widest axis of their box
