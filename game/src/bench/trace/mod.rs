@@ -87,8 +87,15 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
                 common,
             };
             let sets = run.sets(sizes[0], tracer.as_mut())?;
+            run.dump(sizes[0], &sets, tracer.as_ref())?;
             run.warm_up(&sets, tracer.as_mut())?;
-            rows.extend(run.kinds(&sets, tracer.as_mut())?);
+            let name = run.name(tracer.as_ref());
+            rows.extend(run.kinds(&name, &sets, tracer.as_mut())?);
+            for &size in &sizes[1..] {
+                let name = format!("{name}.{}x{}", size.x, size.y);
+                let sets = run.sets(size, tracer.as_mut())?;
+                rows.extend(run.kinds(&name, &sets, tracer.as_mut())?);
+            }
             for &size in &sizes {
                 rows.push(run.whole(size, tracer.as_mut())?);
             }
@@ -106,7 +113,7 @@ pub fn run(request: &BenchRequest, common: &Common) -> Result<Report, Failure> {
     Ok(Report {
         rows,
         remarks: vec![format!(
-            "rays by kind of {}x{} pixels, in tiles of 8 x 8; `rays`: primary, shadow, mirrored, shadow, together; `whole`: the picture's kernel",
+            "rays by kind of {}x{} pixels where no other size is named, in tiles of 8 x 8; `rays`: primary, shadow, mirrored, shadow, together; `whole`: the picture's kernel",
             sizes[0].x, sizes[0].y
         )],
         ..Report::new("trace", &devices)
@@ -164,19 +171,19 @@ impl Run<'_> {
         tracer.refit(frame)?;
         tracer.upload(frame, &settings)?;
         let mut sets = kinds::trace(self.stage, size, tracer)?;
-        if let Some(folder) = &self.request.dump
-            && tracer.backend() != Backend::Reference
-        {
-            dump::write(
-                &folder.join(&self.stage.name),
-                &self.stage.name,
-                size,
-                &self.stage.work,
-                &in_rows(size, &sets),
-            )?;
-        }
         sets.retain(|set| !set.rays.is_empty());
         Ok(sets)
+    }
+
+    /// Writes the work of so many pixels, where that was asked for.
+    fn dump(&self, size: UVec2, sets: &[RaySet], tracer: &dyn Tracer) -> Result<(), Failure> {
+        let folder = match &self.request.dump {
+            Some(folder) if tracer.backend() != Backend::Reference => folder,
+            _ => return Ok(()),
+        };
+        let name = &self.stage.name;
+        let sets = in_rows(size, sets);
+        dump::write(&folder.join(name), name, size, &self.stage.work, &sets)
     }
 
     /// Works until clocks have risen.
@@ -191,8 +198,12 @@ impl Run<'_> {
     }
 
     /// Times of every kind, and of a whole frame's together.
-    fn kinds(&self, sets: &[RaySet], tracer: &mut dyn Tracer) -> Result<Vec<Row>, Failure> {
-        let name = self.name(tracer);
+    fn kinds(
+        &self,
+        name: &str,
+        sets: &[RaySet],
+        tracer: &mut dyn Tracer,
+    ) -> Result<Vec<Row>, Failure> {
         let mut rows = Vec::new();
         let mut whole = vec![0.0; self.samples()];
         let mut count = 0;

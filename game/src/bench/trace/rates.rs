@@ -14,7 +14,7 @@ use crate::failure::Failure;
 /// Rays of each kind that the reference answers too.
 const CHECKED: usize = 20_000;
 
-/// Time, rate and share of hits of a kind.
+/// Time, rate, share of hits and number of a kind.
 pub fn kind_rows(name: &str, set: &RaySet, millis: &[f64]) -> Vec<Row> {
     let rates: Vec<f64> = millis
         .iter()
@@ -29,6 +29,12 @@ pub fn kind_rows(name: &str, set: &RaySet, millis: &[f64]) -> Vec<Row> {
         Row::sampled(name, "ms", Better::Lower, millis),
         Row::sampled(format!("{name}.rate"), "Mrays/s", Better::Higher, &rates),
         Row::single(format!("{name}.hit_rate"), "%", Better::Higher, rate),
+        Row::single(
+            format!("{name}.count"),
+            "rays",
+            Better::Lower,
+            set.rays.len() as f64,
+        ),
     ]
 }
 
