@@ -157,8 +157,16 @@ fn take_reports(tracer: &mut ActiveTracer, others: &mut OtherPasses, frames: &mu
 
 #[cfg(test)]
 mod tests {
+    use std::sync::LazyLock;
+
     use super::*;
+    use tracing::Dispatch;
     use tracing_subscriber::layer::SubscriberExt;
+
+    /// Where one subscriber alone is alive, tracing asks that of the thread that meets a span first whether anybody wants it, and
+    /// other tests' threads have none. With this one beside it, all are asked.
+    static BESIDE: LazyLock<Dispatch> =
+        LazyLock::new(|| Dispatch::new(tracing_subscriber::registry().with(SystemSpans)));
 
     fn slow_system() {
         std::thread::sleep(std::time::Duration::from_millis(2));
@@ -167,6 +175,7 @@ mod tests {
     fn profiled_frames(frames: usize) -> Engine {
         // A log layer beside the profiler, as in the real program: spans must not depend on its filter.
         let log = tracing_subscriber::fmt::layer().with_writer(std::io::sink);
+        LazyLock::force(&BESIDE);
         let subscriber = tracing_subscriber::registry().with(SystemSpans).with(log);
         tracing::subscriber::with_default(subscriber, || {
             let mut engine = Engine::new();
@@ -217,6 +226,7 @@ mod tests {
 
     #[test]
     fn a_spike_in_one_system_is_found_with_its_frame() {
+        LazyLock::force(&BESIDE);
         let subscriber = tracing_subscriber::registry().with(SystemSpans);
         tracing::subscriber::with_default(subscriber, || {
             let mut engine = Engine::new();

@@ -18,7 +18,7 @@ mod uploads;
 use std::sync::Arc;
 
 use bevy_ecs::prelude::*;
-use egui::{Align, DragValue, Layout, RichText, Ui};
+use egui::{Align, DragValue, Layout, RichText, TextStyle, Ui};
 
 pub use self::pixel::{PixelView, draw_rays};
 
@@ -194,7 +194,8 @@ fn looked_at<'a>(view: &ProfilerView, frames: &'a Frames) -> Option<&'a Frame> {
 /// Title, figures, and what can be done.
 fn headline(ui: &mut Ui, view: &mut ProfilerView, frames: &mut Frames) -> bool {
     let mut save = false;
-    ui.horizontal(|ui| {
+    let figures = RichText::new(view.summary.words()).monospace();
+    let has_room = ui.horizontal(|ui| {
         ui.label(RichText::new("Profiler").heading().color(theme::ACCENT));
         ui.add_space(6.0);
         let is_stopped = frames.stopped().is_some();
@@ -210,10 +211,21 @@ fn headline(ui: &mut Ui, view: &mut ProfilerView, frames: &mut Frames) -> bool {
             .button("Save")
             .on_hover_text("the frames held, as a trace for Perfetto and as a capture to compare")
             .clicked();
-        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
-            ui.label(RichText::new(view.summary.words()).monospace());
-        });
+        let font = TextStyle::Monospace.resolve(ui.style());
+        let galley = ui
+            .painter()
+            .layout_no_wrap(view.summary.words(), font, theme::FAINT);
+        let has_room = galley.size().x < ui.available_width();
+        if has_room {
+            ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+                ui.label(figures.clone());
+            });
+        }
+        has_room
     });
+    if !has_room.inner {
+        ui.label(figures);
+    }
     save
 }
 
