@@ -209,6 +209,9 @@ fn a_pixel_that_is_picked_is_explained() {
     click(&mut harness);
     let words = "pixel 60,10: 1 ray, light 0.0000 0.0000 0.0000";
     assert!(harness.query_by_label(words).is_some());
+    // A scene that is empty has no generation either.
+    let row = "camera, sample 0: not followed: past the last generation";
+    assert!(harness.query_by_label(row).is_some());
 }
 
 #[test]
